@@ -87,8 +87,8 @@ fn look_at(context: &Context, robot: &Robot, file: &Path) -> Result<(Vec<Suspici
         told |= row.mass.is_some();
         let mass = row.mass.unwrap_or(f64::NAN);
         let fresh = row.elapsed.is_infinite() || row.elapsed > gap;
-        standings.add(row.line, row.time, fresh, &row.wheel_speed, row.power);
-        look.add(row.time, fresh, &row.wheel_speed, row.power, mass);
+        standings.add(row.line, row.time, fresh, &row.sample.wheel_speed, row.sample.power);
+        look.add(row.time, fresh, &row.sample.wheel_speed, row.sample.power, mass);
     }
     Ok((look.finish(), standings.finish(), told))
 }

@@ -59,7 +59,7 @@ impl Pilots {
         let masked = |row: &RawRow| {
             let mut row = *row;
             // No power, no row.
-            row.power += 0.0 * row.yaw_rate;
+            row.sample.power += 0.0 * row.yaw_rate;
             row
         };
         let logs = self.logs.iter().map(|log| {
@@ -110,7 +110,7 @@ impl Pilots {
     #[cfg(test)]
     pub(super) fn spoil_from(&mut self, time: f64) {
         for row in self.logs.iter_mut().flat_map(|log| &mut log.rows).filter(|row| row.time >= time) {
-            row.power = 1e3 * row.time.sin();
+            row.sample.power = 1e3 * row.time.sin();
         }
     }
 }

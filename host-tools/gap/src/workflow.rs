@@ -8,11 +8,11 @@ use fit::dataset::Reading;
 use fit::physical;
 use logs::checks;
 use logs::robot::Robot;
+use logs::robot::chassis::Chassis;
 use logs::runs::{Rows, Runs};
 use logs::{speed_column, with_wheels};
 use model::coefficients::{CoefficientsFile, InvalidCoefficients, Taking};
 use model::effects::{NotTestable, written};
-use model_core::coefficients::Robot as CoreRobot;
 use model_core::eq18::Gate;
 use model_core::model::Model;
 use plant::PlantSet;
@@ -244,22 +244,22 @@ fn answer<const N: usize>(context: &Context, request: &Request<'_>) -> Result<An
     checks::each_once(logs, &clean_and_sim)?;
     let named: Vec<String> = own.iter().flat_map(|effect| effect.formula.variables()).cloned().collect();
     let simulator = simulator
-        .map(|source| Simulator::<N>::read(context, robot, source, logs, mass, &named))
+        .map(|source| Simulator::read(context, robot, source, logs, mass, &named))
         .transpose()?;
-    let (core, base) = match (&simulator, &fitted) {
-        (Some(simulator), _) => (simulator.core, simulator.base.clone()),
+    let (chassis, base) = match (&simulator, &fitted) {
+        (Some(simulator), _) => (simulator.chassis.clone(), simulator.base.clone()),
         (None, Some((file, fitted))) => fitted_base(file, fitted)?,
         (None, None) => own_base(context, robot, logs, mass)?,
     };
-    let raw = Runs::raw::<N>(context, robot, logs, mass, &named)?;
+    let raw = Runs::raw(context, robot, logs, mass, &named)?;
     let rows = request.engine.rows();
-    let mut runs = Runs::condition_to(&core, raw.clone(), rows)?;
+    let mut runs = Runs::condition_to(&chassis, raw.clone(), rows)?;
     let raw_clean = match (&simulator, &clean_logs[..]) {
         (Some(simulator), _) => Some(simulator.raw.clone()),
         (None, []) => None,
-        (None, files) => Some(Runs::raw::<N>(context, robot, files, mass, &named)?),
+        (None, files) => Some(Runs::raw(context, robot, files, mass, &named)?),
     };
-    let mut clean = raw_clean.clone().map(|raw| Runs::condition_to(&core, raw, rows)).transpose()?;
+    let mut clean = raw_clean.clone().map(|raw| Runs::condition_to(&chassis, raw, rows)).transpose()?;
     if let (Some(simulator), Some(clean)) = (&simulator, &clean) {
         simulator.check_rate(&runs, clean)?;
     }
@@ -285,7 +285,7 @@ fn answer<const N: usize>(context: &Context, request: &Request<'_>) -> Result<An
     let simulated = match request.plant {
         Some(plant) => {
             progress.at("driving the simulated robot");
-            Some(simulation::simulate(plant, robot, &core, &raw, raw_clean.as_deref(), &report)?)
+            Some(simulation::simulate(plant, robot, &chassis, &raw, raw_clean.as_deref(), &report)?)
         }
         None => None,
     };
@@ -303,7 +303,7 @@ fn answer<const N: usize>(context: &Context, request: &Request<'_>) -> Result<An
             clean: clean_and_sim,
             options: vec![
                 ("mass of logs without one".to_owned(), format!("{mass} kg")),
-                ("filter".to_owned(), format!("{} Hz", core.cutoff_hz)),
+                ("filter".to_owned(), format!("{} Hz", chassis.cutoff_hz())),
                 ("threshold of structure".to_owned(), threshold.to_string()),
                 ("most effects".to_owned(), options.most_effects.to_string()),
             ],
@@ -358,7 +358,7 @@ fn say_what_is_missing(context: &Context, clean_runs: Option<usize>, has_coeffic
 fn fitted_base<const N: usize>(
     file: &Path,
     fitted: &CoefficientsFile<N>,
-) -> Result<(CoreRobot<f64, N>, Base)> {
+) -> Result<(Chassis, Base)> {
     let read = &fitted.coefficients;
     let Model::Signed { torque, drive } = read.model else {
         return Err(Error::failed("model eq18; expected signed: effects act on its torques")
@@ -375,22 +375,22 @@ fn fitted_base<const N: usize>(
     }
     let covariance = Some(fitted.covariance.clone());
     let masses_kg = fitted.origin.masses_kg.clone();
-    Ok((read.robot, Base { torque, covariance, drive, masses_kg, of_simulator: false }))
+    Ok((Chassis::new(&read.robot), Base { torque, covariance, drive, masses_kg, of_simulator: false }))
 }
 
 /// A base fitted to the very runs in question.
-fn own_base<const N: usize>(
+fn own_base(
     context: &Context,
     robot: &Robot,
     logs: &[PathBuf],
     mass_kg: f64,
-) -> Result<(CoreRobot<f64, N>, Base)> {
+) -> Result<(Chassis, Base)> {
     let reading = Reading { gate: Gate::Signed, cutoff_hz: None, mass_kg };
     let dataset = fit::read(context, robot, logs, &reading)?;
     let torque = physical::solve(&dataset, robot).torque;
     let masses_kg = dataset.masses;
     let base = Base { torque, covariance: None, drive: robot.drive(), masses_kg, of_simulator: false };
-    Ok((*dataset.robot.core(), base))
+    Ok((dataset.robot, base))
 }
 
 /// Mean total mass of the rows, kg.

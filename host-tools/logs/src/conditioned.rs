@@ -3,15 +3,15 @@
 use std::collections::HashMap;
 use std::path::Path;
 
-use model_core::coefficients::Robot as CoreRobot;
 use model_core::effects::Course;
 use model_core::filter::{Channel, LowPass};
 use support::error::{Error, Result};
 
 use super::YAW_RATE;
-use super::conditioner::{of_core, pushed};
+use super::conditioner::Conditioner;
 use super::motions::Motions;
 use super::raw::RawRun;
+use super::robot::chassis::{Chassis, Together as _};
 use super::row::{Row, Run};
 use super::shared::Shared;
 
@@ -19,12 +19,9 @@ use super::shared::Shared;
 ///
 /// # Errors
 /// The run is too slow for it.
-pub(super) fn filter<const N: usize>(
-    core: &CoreRobot<f64, N>,
-    period_s: f64,
-    run: &str,
-) -> Result<LowPass<f64>> {
-    LowPass::new(core.cutoff_hz, period_s).map_err(|_| Error::failed("too slow for the filter").in_file(run))
+pub(super) fn filter(robot: &Chassis, period_s: f64, run: &str) -> Result<LowPass<f64>> {
+    LowPass::new(robot.cutoff_hz(), period_s)
+        .map_err(|_| Error::failed("too slow for the filter").in_file(run))
 }
 
 /// What is said of a log without a gyro where coefficients hold true slip.
@@ -37,16 +34,11 @@ const RESTLESS: f64 = 0.1;
 ///
 /// # Errors
 /// It is too slow, or too short, for the filter.
-pub(super) fn condition<const N: usize>(
-    core: &CoreRobot<f64, N>,
-    run: RawRun<N>,
-    columns: &[String],
-    stride: usize,
-) -> Result<Run> {
-    let mut conditioner = of_core(core, Path::new(&run.name), run.period_s)?;
-    let filter = filter(core, run.period_s, &run.name)?;
+pub(super) fn condition(robot: &Chassis, run: RawRun, columns: &[String], stride: usize) -> Result<Run> {
+    let mut conditioner = Conditioner::of_log(robot, Path::new(&run.name), run.period_s)?;
+    let filter = filter(robot, run.period_s, &run.name)?;
     let yaw_rate = run.columns.iter().position(|name| name == YAW_RATE);
-    if core.conditioning.true_slip != 0.0 && yaw_rate.is_none() {
+    if robot.conditioning().true_slip != 0.0 && yaw_rate.is_none() {
         return Err(Error::failed(NO_GYRO).in_file(&run.name).in_column(YAW_RATE));
     }
     let own: HashMap<&str, usize> = run.columns.iter().map(String::as_str).zip(0..).collect();
@@ -74,12 +66,11 @@ pub(super) fn condition<const N: usize>(
             }
         }
         let turn_rate = yaw_rate.map_or(f64::NAN, |place| further[place]);
-        let Some(now) = pushed(&mut conditioner, sample, turn_rate, elapsed) else { continue };
-        let raw = sample.wheel_speed.iter().any(|speed| speed.abs() > core.dead_band);
-        moves.push((course.time(), raw, now.motion.is_moving()));
-        let speeds = now.motion.wheels.map(|wheel| wheel.speed);
-        let twist = core.kinematics.twist(&speeds);
-        course.see(twist.omega, now.motion.is_moving());
+        let Some(now) = conditioner.push_sample(sample, turn_rate, elapsed) else { continue };
+        let raw = sample.wheel_speed.iter().any(|speed| speed.abs() > robot.dead_band());
+        moves.push((course.time(), raw, now.wheels.is_moving()));
+        let twist = robot.twist(now.wheels.iter().map(|wheel| wheel.speed));
+        course.see(twist.omega, now.wheels.is_moving());
         if !now.settled {
             starts = true;
             since = 0;
@@ -87,7 +78,7 @@ pub(super) fn condition<const N: usize>(
         }
         if since.is_multiple_of(stride) {
             rows.push(Row {
-                wheels: now.motion.wheels.into(),
+                wheels: now.wheels,
                 power: now.power,
                 mass: *mass,
                 time: course.time(),
@@ -109,8 +100,8 @@ pub(super) fn condition<const N: usize>(
     if rows.is_empty() {
         return Err(Error::failed(format!(
             "no usable row: the filter (cutoff {} Hz) needs {:.1} s to settle after each start and gap; expected a longer run",
-            core.cutoff_hz,
-            2.0 / core.cutoff_hz
+            robot.cutoff_hz(),
+            2.0 / robot.cutoff_hz()
         ))
         .in_file(&run.name));
     }

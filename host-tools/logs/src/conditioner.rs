@@ -2,15 +2,14 @@
 
 use std::path::Path;
 
-use model_core::coefficients::Robot as CoreRobot;
 use model_core::delay::FRAMES;
-use model_core::estimator::{Conditioned, Sample, Unfit};
+use model_core::estimator::Unfit;
 use model_core::filter::InvalidCutoff;
 use model_core::gyro::GyroConditioner;
 use support::error::Error;
 
 use super::robot::chassis::{Chassis, Wheels};
-use super::{RUN, RawRow};
+use super::{RUN, RawRow, RawSample};
 use crate::with_core;
 
 /// A row behind the filter.
@@ -45,7 +44,26 @@ impl Conditioner {
     /// # Errors
     /// The log is too slow for the filter.
     pub fn of_log(robot: &Chassis, file: &Path, period_s: f64) -> support::error::Result<Self> {
-        Ok(with_core!(robot, core => Self::of(Box::new(of_core(core, file, period_s)?))))
+        if period_s.is_nan() {
+            let message = "no two rows belong to one run; expected runs of many rows";
+            return Err(Error::failed(message).in_file(file).in_column(RUN));
+        }
+        Self::new(robot, period_s).map_err(|why| {
+            let message = match why {
+                Unfit::Cutoff(InvalidCutoff { cutoff_hz, below_hz }) => format!(
+                    "sampled at {:.2} Hz, too slow for the filter's cutoff of {cutoff_hz} Hz; expected a cutoff \
+                     below {below_hz:.2} Hz (filter_cutoff_hz in robot.toml)",
+                    1.0 / period_s,
+                ),
+                Unfit::Model | Unfit::Delay => format!(
+                    "sampled at {:.2} Hz, too fast for a delay of {} s; expected at most {FRAMES} sample periods",
+                    1.0 / period_s,
+                    robot.conditioning().delay,
+                ),
+                Unfit::Sides => "true slip of a robot that has no two sides".to_owned(),
+            };
+            Error::failed(message).in_file(file)
+        })
     }
 
     fn of(filter: Box<dyn Push + Send>) -> Self {
@@ -54,63 +72,25 @@ impl Conditioner {
 
     /// The next row behind the filter; `None` where it tells nothing yet.
     pub fn push(&mut self, row: &RawRow) -> Option<&Now> {
-        self.filter.push(row, &mut self.now).then_some(&self.now)
+        self.push_sample(&row.sample, row.yaw_rate, row.elapsed)
+    }
+
+    /// The same of a sample `elapsed` s after the one before, with the turn rate by a gyro, rad/s.
+    pub fn push_sample(&mut self, sample: &RawSample, turn_rate: f64, elapsed: f64) -> Option<&Now> {
+        self.filter.push(sample, turn_rate, elapsed, &mut self.now).then_some(&self.now)
     }
 }
 
 trait Push {
     /// Whether it tells anything.
-    fn push(&mut self, row: &RawRow, now: &mut Now) -> bool;
+    fn push(&mut self, sample: &RawSample, turn_rate: f64, elapsed: f64, now: &mut Now) -> bool;
 }
 
 impl<const N: usize> Push for GyroConditioner<f64, N> {
-    fn push(&mut self, row: &RawRow, now: &mut Now) -> bool {
-        let Some(found) = pushed(self, &row.sample(), row.yaw_rate, row.elapsed) else { return false };
-        now.wheels.set(&found.motion.wheels);
-        (now.power, now.settled) = (found.power, found.settled);
+    fn push(&mut self, sample: &RawSample, turn_rate: f64, elapsed: f64, now: &mut Now) -> bool {
+        let Some(passed) = self.push(&sample.core(), turn_rate, elapsed) else { return false };
+        now.wheels.set(&passed.motion.wheels);
+        (now.power, now.settled) = (passed.power, passed.settled);
         true
     }
-}
-
-/// A sample behind the filter: here, so that it is compiled once for all that read logs.
-#[inline(never)]
-pub(super) fn pushed<const N: usize>(
-    conditioner: &mut GyroConditioner<f64, N>,
-    sample: &Sample<f64, N>,
-    turn_rate: f64,
-    elapsed: f64,
-) -> Option<Conditioned<f64, N>> {
-    conditioner.push(sample, turn_rate, elapsed)
-}
-
-/// The conditioner for a log of this robot.
-///
-/// # Errors
-/// The log is too slow for the filter.
-pub(super) fn of_core<const N: usize>(
-    robot: &CoreRobot<f64, N>,
-    file: &Path,
-    period_s: f64,
-) -> support::error::Result<GyroConditioner<f64, N>> {
-    if period_s.is_nan() {
-        let message = "no two rows belong to one run; expected runs of many rows";
-        return Err(Error::failed(message).in_file(file).in_column(RUN));
-    }
-    let unfit = |why| {
-        let message = match why {
-            Unfit::Cutoff(InvalidCutoff { cutoff_hz, below_hz }) => format!(
-                "sampled at {:.2} Hz, too slow for the filter's cutoff of {cutoff_hz} Hz; expected a cutoff below \
-                 {below_hz:.2} Hz (filter_cutoff_hz in robot.toml)",
-                1.0 / period_s,
-            ),
-            Unfit::Model | Unfit::Delay => format!(
-                "sampled at {:.2} Hz, too fast for a delay of {} s; expected at most {FRAMES} sample periods",
-                1.0 / period_s,
-                robot.conditioning.delay,
-            ),
-            Unfit::Sides => "true slip of a robot that has no two sides".to_owned(),
-        };
-        Error::failed(message).in_file(file)
-    };
-    GyroConditioner::new(robot, period_s).map_err(unfit)
 }

@@ -48,7 +48,7 @@ pub use exclusions::Exclusions;
 pub use header::Header;
 pub use missing::missing;
 pub use reader::{ColumnRequest, LogReader, Role};
-pub use samples::{RawRow, SampleReader};
+pub use samples::{RawRow, RawSample, SampleReader};
 pub use shared::Shared;
 pub use table::TableReader;
 

@@ -3,7 +3,6 @@
 
 use std::path::{Path, PathBuf};
 
-use model_core::estimator::Sample;
 use support::context::Context;
 use support::error::Result;
 use support::printable;
@@ -11,17 +10,17 @@ use support::printable;
 use super::masses::check_mass;
 use super::table::numbers_in_first_row;
 use super::{
-    Header, MASS, POWER, RUN, SIM, SampleReader, TIME, YAW_RATE, acceleration_column, foreign, speed_column,
+    Header, MASS, POWER, RUN, RawSample, SIM, SampleReader, TIME, YAW_RATE, acceleration_column, foreign, speed_column,
 };
 use crate::robot::Robot;
 
 /// A run as recorded.
 #[derive(Debug, Clone, Default)]
-pub struct RawRun<const N: usize> {
+pub struct RawRun {
     /// Its name.
     pub name: String,
     /// Time, sample, mass and further columns of each row.
-    pub rows: Vec<(f64, Sample<f64, N>, f64, Vec<f64>)>,
+    pub rows: Vec<(f64, RawSample, f64, Vec<f64>)>,
     /// Names of the further columns.
     pub columns: Vec<String>,
     /// Median sample period, s.
@@ -33,34 +32,34 @@ pub struct RawRun<const N: usize> {
 ///
 /// # Errors
 /// A log that cannot be read or is not one of this robot.
-pub(super) fn read<const N: usize>(
+pub(super) fn read(
     context: &Context,
     robot: &Robot,
     files: &[PathBuf],
     mass_kg: f64,
     powers: &[String],
-) -> Result<Vec<RawRun<N>>> {
+) -> Result<Vec<RawRun>> {
     let mut raw = Vec::new();
     foreign::prepare(context, files);
     for file in files {
-        raw.extend(read_log::<N>(context, robot, file, mass_kg, powers)?);
+        raw.extend(read_log(context, robot, file, mass_kg, powers)?);
     }
     Ok(raw)
 }
 
 /// Reads a log whole: its runs as recorded, static power taken off.
-fn read_log<const N: usize>(
+fn read_log(
     context: &Context,
     robot: &Robot,
     file: &Path,
     mass_kg: f64,
     powers: &[String],
-) -> Result<Vec<RawRun<N>>> {
+) -> Result<Vec<RawRun>> {
     let columns = further_columns(context, file, robot.wheels(), powers)?;
     let names: Vec<&str> = columns.iter().map(String::as_str).collect();
     let mut reader = SampleReader::open_with(context, file, robot, &names)?;
     let yaw_rate = columns.iter().position(|name| name == YAW_RATE);
-    let mut runs: Vec<RawRun<N>> = Vec::new();
+    let mut runs: Vec<RawRun> = Vec::new();
     while let Some(row) = reader.next_row()? {
         if let Some(mass) = row.mass {
             check_mass(robot, mass).map_err(|error| error.in_file(file).at_line(row.line))?;
@@ -75,7 +74,7 @@ fn read_log<const N: usize>(
             // Held over short holes, as every reader of it has it.
             further[place] = row.yaw_rate;
         }
-        runs[run].rows.push((row.time, row.sample(), mass, further));
+        runs[run].rows.push((row.time, row.sample, mass, further));
     }
     let excluded = reader.exclusions();
     if excluded.total() > 0 {

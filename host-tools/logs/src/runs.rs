@@ -5,7 +5,6 @@
 use std::collections::{HashMap, HashSet};
 use std::path::PathBuf;
 
-use model_core::coefficients::Robot as CoreRobot;
 use support::context::Context;
 use support::error::{Error, Result};
 
@@ -75,42 +74,42 @@ impl Runs {
     /// # Errors
     /// A log that cannot be read or is not one of this robot; runs of different sample rates; a run
     /// too short for the filter.
-    pub fn read<const N: usize>(
+    pub fn read(
         context: &Context,
         robot: &Robot,
-        core: &CoreRobot<f64, N>,
+        chassis: &Chassis,
         files: &[PathBuf],
         mass_kg: f64,
     ) -> Result<Self> {
-        Self::read_with(context, robot, core, files, mass_kg, &[])
+        Self::read_with(context, robot, chassis, files, mass_kg, &[])
     }
 
     /// As [`read`](Self::read), with further columns that are powers (`…_w`), where a log has them.
     ///
     /// # Errors
     /// As [`read`](Self::read).
-    pub fn read_with<const N: usize>(
+    pub fn read_with(
         context: &Context,
         robot: &Robot,
-        core: &CoreRobot<f64, N>,
+        chassis: &Chassis,
         files: &[PathBuf],
         mass_kg: f64,
         powers: &[String],
     ) -> Result<Self> {
-        Self::condition(core, Self::raw(context, robot, files, mass_kg, powers)?)
+        Self::condition(chassis, Self::raw(context, robot, files, mass_kg, powers)?)
     }
 
     /// The logs as recorded, before any filter.
     ///
     /// # Errors
     /// A log that cannot be read or is not one of this robot.
-    pub fn raw<const N: usize>(
+    pub fn raw(
         context: &Context,
         robot: &Robot,
         files: &[PathBuf],
         mass_kg: f64,
         powers: &[String],
-    ) -> Result<Vec<RawRun<N>>> {
+    ) -> Result<Vec<RawRun>> {
         raw::read(context, robot, files, mass_kg, powers)
     }
 
@@ -118,17 +117,17 @@ impl Runs {
     ///
     /// # Errors
     /// As [`read`](Self::read).
-    pub fn condition<const N: usize>(core: &CoreRobot<f64, N>, raw: Vec<RawRun<N>>) -> Result<Self> {
-        Self::condition_to(core, raw, Rows::About)
+    pub fn condition(chassis: &Chassis, raw: Vec<RawRun>) -> Result<Self> {
+        Self::condition_to(chassis, raw, Rows::About)
     }
 
     /// Conditions runs as recorded.
     ///
     /// # Errors
     /// As [`read`](Self::read).
-    pub fn condition_to<const N: usize>(
-        core: &CoreRobot<f64, N>,
-        raw: Vec<RawRun<N>>,
+    pub fn condition_to(
+        chassis: &Chassis,
+        raw: Vec<RawRun>,
         rows: Rows,
     ) -> Result<Self> {
         let mut columns: Vec<String> = Vec::new();
@@ -140,7 +139,7 @@ impl Runs {
         }
         let Some(first) = raw.first() else { return Err(Error::usage("no log was given")) };
         let (first_name, period) = (first.name.clone(), first.period_s);
-        let stride = rows.stride(period, core.cutoff_hz);
+        let stride = rows.stride(period, chassis.cutoff_hz());
         let mut runs = Vec::new();
         for run in raw {
             if (run.period_s / period - 1.0).abs() > SAME_PERIOD {
@@ -151,14 +150,14 @@ impl Runs {
                 ))
                 .in_file(&run.name));
             }
-            runs.push(conditioned::condition(core, run, &columns, stride)?);
+            runs.push(conditioned::condition(chassis, run, &columns, stride)?);
         }
         Ok(Self {
-            robot: Chassis::new(core),
+            robot: chassis.clone(),
             columns,
             runs,
             period_s: period * stride as f64,
-            step: Step::new(&conditioned::filter(core, period, &first_name)?, period),
+            step: Step::new(&conditioned::filter(chassis, period, &first_name)?, period),
         })
     }
 
@@ -217,14 +216,13 @@ impl Runs {
 
 #[cfg(test)]
 mod tests {
-    use model_core::estimator::Sample;
-
     use super::*;
+    use crate::RawSample;
 
     fn runs(columns: &[&str]) -> Runs {
-        let core = Robot::named("burger").unwrap().core::<2>(2.0).unwrap();
-        let sample = |i: usize| Sample {
-            wheel_speed: [3.0 + (0.05 * i as f64).sin(), 2.0],
+        let burger = Robot::named("burger").unwrap().chassis(2.0).unwrap();
+        let sample = |i: usize| RawSample {
+            wheel_speed: [3.0 + (0.05 * i as f64).sin(), 2.0].into(),
             wheel_acceleration: None,
             power: 1.0,
         };
@@ -236,7 +234,7 @@ mod tests {
             columns: columns.iter().map(|name| (*name).to_owned()).collect(),
             period_s: 0.05,
         };
-        Runs::condition(&core, vec![raw]).unwrap()
+        Runs::condition(&burger, vec![raw]).unwrap()
     }
 
     #[test]

@@ -11,17 +11,48 @@ use super::{Exclusions, Header, MASS};
 use crate::robot::Robot;
 use crate::robot::chassis::PerWheel;
 
-/// A row before the filter.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RawRow {
-    /// Line of the log, the header being line 1.
-    pub line: u64,
+/// What is measured at an instant.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct RawSample {
     /// Wheel speeds, rad/s.
     pub wheel_speed: PerWheel<f64>,
     /// Wheel accelerations, rad/s², if the log has them for all wheels.
     pub wheel_acceleration: Option<PerWheel<f64>>,
     /// Actuation power, W.
     pub power: f64,
+}
+
+impl RawSample {
+    /// As model-core takes it.
+    ///
+    /// # Panics
+    /// If `N` is not the robot's number of wheels.
+    pub fn core<const N: usize>(&self) -> Sample<f64, N> {
+        Sample {
+            wheel_speed: self.wheel_speed.array(),
+            wheel_acceleration: self.wheel_acceleration.map(|accelerations| accelerations.array()),
+            power: self.power,
+        }
+    }
+}
+
+impl<const N: usize> From<Sample<f64, N>> for RawSample {
+    fn from(sample: Sample<f64, N>) -> Self {
+        Self {
+            wheel_speed: sample.wheel_speed.into(),
+            wheel_acceleration: sample.wheel_acceleration.map(PerWheel::from),
+            power: sample.power,
+        }
+    }
+}
+
+/// A row before the filter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RawRow {
+    /// Line of the log, the header being line 1.
+    pub line: u64,
+    /// What is measured.
+    pub sample: RawSample,
     /// Time since the row before, s; infinite where this row does not continue it.
     pub elapsed: f64,
     /// Total mass, kg, where the log tells it.
@@ -43,20 +74,6 @@ pub struct SampleReader {
     /// The latest turn rate, rad/s, and how old it is, s.
     yaw_rate: (f64, f64),
     rows: u64,
-}
-
-impl RawRow {
-    /// As model-core takes it.
-    ///
-    /// # Panics
-    /// If `N` is not the robot's number of wheels.
-    pub fn sample<const N: usize>(&self) -> Sample<f64, N> {
-        Sample {
-            wheel_speed: self.wheel_speed.array(),
-            wheel_acceleration: self.wheel_acceleration.map(|accelerations| accelerations.array()),
-            power: self.power,
-        }
-    }
 }
 
 impl SampleReader {
@@ -121,9 +138,11 @@ impl SampleReader {
         };
         Ok(Some(RawRow {
             line: record.line,
-            wheel_speed: record.wheel_speed,
-            wheel_acceleration: record.wheel_acceleration,
-            power: record.power_w - self.static_power,
+            sample: RawSample {
+                wheel_speed: record.wheel_speed,
+                wheel_acceleration: record.wheel_acceleration,
+                power: record.power_w - self.static_power,
+            },
             elapsed,
             mass: record.mass_kg,
             run,

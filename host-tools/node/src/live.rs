@@ -168,7 +168,7 @@ impl<'a, const N: usize> Node<'a, N> {
         if let Some(pipeline) = self.pipeline.as_mut().filter(|_| is_other_run) {
             pipeline.restart();
         }
-        let power_w = row.power + self.robot.static_power_w().unwrap_or(0.0);
+        let power_w = row.sample.power + self.robot.static_power_w().unwrap_or(0.0);
         let is_taken = self.take_reading(row.time, Reading { power_w, voltage_v });
         self.speaker = Some(([0; 16], row.time));
         self.owed_s = if row.elapsed.is_finite() {
@@ -179,7 +179,7 @@ impl<'a, const N: usize> Node<'a, N> {
             0.0
         };
         if is_taken {
-            self.sample(&row.sample());
+            self.sample(&row.sample.core());
         }
         Ok(())
     }

@@ -55,13 +55,13 @@ mod tests {
     use crate::types::{Round, Scored, Status};
 
     fn runs(masses: [f64; 2]) -> Runs {
-        let core = Robot::named("burger").unwrap().core::<2>(2.0).unwrap();
+        let burger = Robot::named("burger").unwrap().chassis(2.0).unwrap();
         let raw = masses.map(|mass| {
             let sample = Sample { wheel_speed: [3.0, 2.0], wheel_acceleration: None, power: 1.0 };
-            let rows = (0..400).map(|i| (0.05 * f64::from(i), sample, mass, Vec::new())).collect();
+            let rows = (0..400).map(|i| (0.05 * f64::from(i), sample.into(), mass, Vec::new())).collect();
             RawRun { name: "run".to_owned(), rows, columns: Vec::new(), period_s: 0.05 }
         });
-        Runs::condition(&core, raw.into()).unwrap()
+        Runs::condition(&burger, raw.into()).unwrap()
     }
 
     /// By the masses of the base's fit; where they are not known, by the runs' own.

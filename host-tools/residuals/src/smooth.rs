@@ -159,16 +159,16 @@ mod tests {
     /// light has nothing to do with either.
     #[test]
     fn a_current_that_follows_the_power_is_no_cause() {
-        let core = Robot::named("burger").unwrap().core::<2>(2.0).unwrap();
+        let burger = Robot::named("burger").unwrap().chassis(2.0).unwrap();
         let rows = (0..600).map(|i| {
             let time = 0.05 * f64::from(i);
             let power = 1.0 + (0.9 * time).sin();
             let sample = Sample { wheel_speed: [3.0, 2.0], wheel_acceleration: None, power };
-            (time, sample, 1.0, vec![power / 12.0, (0.31 * time).cos(), power])
+            (time, sample.into(), 1.0, vec![power / 12.0, (0.31 * time).cos(), power])
         });
         let columns = ["motors_a", "arm_a", "light"].map(str::to_owned).into();
         let raw = RawRun { name: "run".to_owned(), rows: rows.collect(), columns, period_s: 0.05 };
-        let runs = Runs::condition(&core, vec![raw]).unwrap();
+        let runs = Runs::condition(&burger, vec![raw]).unwrap();
         let names: Vec<&str> = further(&runs).into_iter().map(|place| runs.columns[place].as_str()).collect();
         assert_eq!(names, ["arm_a", "light"]);
     }

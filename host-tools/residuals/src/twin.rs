@@ -351,6 +351,7 @@ pub fn delayed(run: &Run, power: &[f64], delay: f64) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use logs::runs::RawRun;
+    use model_core::conditioning::Conditioning;
     use model_core::estimator::Sample;
     use model_core::slip::SlipMemory;
 
@@ -358,17 +359,18 @@ mod tests {
 
     /// A Husky's curves of many radii, its scrub following at once, with this half slip.
     fn curves(half_slip: f64) -> Runs {
-        let mut core = logs::robot::Robot::named("husky").unwrap().core::<2>(2.0).unwrap();
-        core.conditioning.slip = SlipMemory { half_slip, ..SlipMemory::OFF };
+        let slip = SlipMemory { half_slip, ..SlipMemory::OFF };
+        let husky = logs::robot::Robot::named("husky").unwrap().chassis(2.0).unwrap();
+        let husky = husky.with_conditioning(Conditioning { slip, ..*husky.conditioning() });
         let rows = (0..600).map(|k| {
             let time = 0.05 * f64::from(k);
             let (forward, turn) = (3.0 + (0.6 * time).sin(), 0.8 * (0.37 * time).sin());
             let wheel_speed = [forward - turn, forward + turn];
-            (time, Sample { wheel_speed, wheel_acceleration: None, power: 0.0 }, 75.0, Vec::new())
+            (time, Sample { wheel_speed, wheel_acceleration: None, power: 0.0 }.into(), 75.0, Vec::new())
         });
         let raw =
             RawRun { name: "run".to_owned(), rows: rows.collect(), columns: Vec::new(), period_s: 0.05 };
-        Runs::condition(&core, vec![raw]).unwrap()
+        Runs::condition(&husky, vec![raw]).unwrap()
     }
 
     /// Of 40 % more winding loss, 1 − exp(−t/T) after t: at T itself 1 − 1/e of what windings take
@@ -417,16 +419,16 @@ mod tests {
     #[test]
     fn scales_of_encoders_show_beside_wheels_at_rest() {
         let torque = TorqueModel::from_array([3.0, 0.03, 0.2, 0.7, 1.1, 0.03, 0.0]);
-        let core = logs::robot::Robot::named("husky").unwrap().core::<2>(2.0).unwrap();
+        let husky = logs::robot::Robot::named("husky").unwrap().chassis(2.0).unwrap();
         let rows = (0..600).map(|k| {
             let time = 0.05 * f64::from(k);
             // Within the dead band, and yet with an acceleration of its own.
             let wheel_speed = [1e-3 * (8.0 * time).sin(), 2.0 + (0.6 * time).sin()];
-            (time, Sample { wheel_speed, wheel_acceleration: None, power: 0.0 }, 75.0, Vec::new())
+            (time, Sample { wheel_speed, wheel_acceleration: None, power: 0.0 }.into(), 75.0, Vec::new())
         });
         let raw =
             RawRun { name: "run".to_owned(), rows: rows.collect(), columns: Vec::new(), period_s: 0.05 };
-        let runs = Runs::condition(&core, vec![raw]).unwrap();
+        let runs = Runs::condition(&husky, vec![raw]).unwrap();
         let twin = Twin { runs: &runs, drive: Drive::Dissipative, lag: 0.0, early: 0.0 };
         let state = State { torque, effects: Vec::new() };
         let at = twin.predict(0, &state);

@@ -49,7 +49,7 @@ fn log(data: &[u8], path: &Path) {
     let robot = Robot::named("burger").expect("it is built in");
     let Ok(mut rows) = SampleReader::open(&Context::default(), path, &robot) else { return };
     while let Ok(Some(row)) = rows.next_row() {
-        assert!(row.time.is_finite() && row.power.is_finite(), "what is handed out is a number");
+        assert!(row.time.is_finite() && row.sample.power.is_finite(), "what is handed out is a number");
     }
 }
 

@@ -390,8 +390,8 @@ proptest! {
         let [coulomb, rolling, viscous, rotor, gain, loss] = TRUTH;
         let torque = TorqueModel::from_array([coulomb, rolling, viscous, rotor, gain, loss, 0.0]);
         let base = Base { torque, covariance: None, drive: Drive::Dissipative, masses_kg: Vec::new(), of_simulator: false };
-        let core = robot.core::<2>(5.0).unwrap();
-        match Runs::read(&Context::default(), &robot, &core, &files, 2.0).and_then(|runs| investigate(&runs, None, &base, &Options::default())) {
+        let chassis = robot.chassis(5.0).unwrap();
+        match Runs::read(&Context::default(), &robot, &chassis, &files, 2.0).and_then(|runs| investigate(&runs, None, &base, &Options::default())) {
             Ok(report) => {
                 let json = gap::report::json::json(&report, gap::report::json::Beside::default());
                 assert!(json["verdict"].is_string());

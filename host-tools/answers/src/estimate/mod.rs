@@ -351,7 +351,7 @@ impl<'a, const N: usize> Run<'a, N> {
             let elapsed = if row.elapsed.is_finite() || row.run == 0 { step } else { f64::MAX };
             let outside = self.log.columns.outside(self.log.reader.extras());
             self.pipeline.turn(row.yaw_rate);
-            let estimate = self.pipeline.push(&row.sample(), &outside, elapsed);
+            let estimate = self.pipeline.push(&row.sample.core(), &outside, elapsed);
             clock += step;
             if is_another {
                 since = clock;

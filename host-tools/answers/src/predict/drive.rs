@@ -129,7 +129,7 @@ fn logged(reader: &mut SampleReader, robot: &Robot, follow: &mut dyn Follow) -> 
     let (mut leg, mut stood, mut has_moved) = (0, 0.0, false);
     while let Some(row) = reader.next_row()? {
         let dead = robot.speed_dead_band_rad_s();
-        let is_moving = row.wheel_speed.iter().any(|speed| speed.abs() > dead);
+        let is_moving = row.sample.wheel_speed.iter().any(|speed| speed.abs() > dead);
         let is_start = row.elapsed.is_infinite();
         if has_moved && ((is_moving && stood >= STOP_S) || is_start) {
             leg += 1;
@@ -139,11 +139,11 @@ fn logged(reader: &mut SampleReader, robot: &Robot, follow: &mut dyn Follow) -> 
         stood = if is_moving || is_start { 0.0 } else { stood + row.elapsed };
         follow.frame(&Frame {
             leg,
-            wheel_speed: row.wheel_speed,
+            wheel_speed: row.sample.wheel_speed,
             wheel_acceleration: None,
             elapsed: row.elapsed,
             slope_rad: 0.0,
-            measured_w: Some(row.power),
+            measured_w: Some(row.sample.power),
         });
     }
     Ok((1..=leg + 1).map(|number| number.to_string()).collect())

@@ -1,6 +1,6 @@
 //! Terms on logs made from known models: taken where they are there, left where they are not.
 
-use logs::RawRow;
+use logs::{RawRow, RawSample};
 use logs::robot::Robot;
 use logs::robot::chassis::Chassis;
 use model_core::coefficients::Robot as CoreRobot;
@@ -133,9 +133,11 @@ fn log(core: &CoreRobot<f64, 2>, truth: Truth, seed: u64) -> Pilots {
         let elapsed = if index == 0 { f64::NAN } else { PERIOD_S };
         RawRow {
             line: index as u64 + 2,
-            wheel_speed: speeds[index].into(),
-            wheel_acceleration: None,
-            power: power[index.saturating_sub(truth.late)] + 2.0 * noise,
+            sample: RawSample {
+                wheel_speed: speeds[index].into(),
+                wheel_acceleration: None,
+                power: power[index.saturating_sub(truth.late)] + 2.0 * noise,
+            },
             elapsed,
             mass: Some(MASS_KG),
             run: 0,

@@ -225,8 +225,8 @@ impl<'a> Filtered<'a> {
             while self.summaries.len() <= place {
                 self.summaries.push(summary(self.robot, self.is_commanded));
             }
-            let twist = self.how.core.twist(raw.wheel_speed.iter().copied());
-            let fastest = raw.wheel_speed.iter().map(|speed| speed.abs()).fold(0.0, f64::max);
+            let twist = self.how.core.twist(raw.sample.wheel_speed.iter().copied());
+            let fastest = raw.sample.wheel_speed.iter().map(|speed| speed.abs()).fold(0.0, f64::max);
             let now = Moment {
                 time_s: raw.time,
                 elapsed_s: raw.elapsed,
@@ -234,7 +234,7 @@ impl<'a> Filtered<'a> {
                 turn_rad_s: twist.omega,
                 fastest_rad_s: fastest,
                 moves: fastest > self.how.core.dead_band(),
-                power_w: raw.power,
+                power_w: raw.sample.power,
                 mass_kg: raw.mass.unwrap_or(self.how.mass_kg),
                 command_m_s: *command_m_s,
             };

@@ -64,7 +64,7 @@ fn one(robot: &Robot, case: &Case) -> Result<Option<Covered>> {
         effects.push(sets::scaled(effect, case.size, case.seed)?);
     }
     let field = sets::field(&effects, case.noise.noise);
-    let runs = Runs::condition(&clean.core, sets::record(&field.field(case.seed), columns)?)?;
+    let runs = Runs::condition(&clean.runs.robot, sets::record(&field.field(case.seed), columns)?)?;
     let report = investigate(&runs, Some(&clean.runs), &clean.base, &Options::default())?;
     let written: Vec<_> = report
         .effects
@@ -82,7 +82,7 @@ fn one(robot: &Robot, case: &Case) -> Result<Option<Covered>> {
     let unseen = sets::record(&field.field(case.seed + UNSEEN), columns)?;
     let masses = |noise: Noise<f64>| -> Result<Vec<(bool, f64)>> {
         let coefficients = Coefficients {
-            robot: clean.core,
+            robot: *clean.runs.robot.core(),
             model,
             noise,
             columns: added,
@@ -104,7 +104,7 @@ fn one(robot: &Robot, case: &Case) -> Result<Option<Covered>> {
 
 /// The windows of a run whose mass is known: whether the interval holds the mass, and its half
 /// width, kg.
-fn windows(coefficients: &Coefficients<f64, 2>, run: &RawRun<2>) -> Result<Vec<(bool, f64)>> {
+fn windows(coefficients: &Coefficients<f64, 2>, run: &RawRun) -> Result<Vec<(bool, f64)>> {
     let method = coefficients.window(run.period_s);
     let window = (WINDOW_S / BUCKET_S) as usize;
     let timing = Timing {
@@ -126,7 +126,7 @@ fn windows(coefficients: &Coefficients<f64, 2>, run: &RawRun<2>) -> Result<Vec<(
         }
         let elapsed = if last.is_nan() { 0.0 } else { time - last };
         last = *time;
-        let estimate = estimator.push_with(&mut live, sample, &outside, elapsed);
+        let estimate = estimator.push_with(&mut live, &sample.core(), &outside, elapsed);
         closed += usize::from(estimate.closed);
         if estimate.closed
             && closed.is_multiple_of(window)

@@ -87,7 +87,7 @@ pub fn one(robot: &Robot, case: &Case) -> Result<Option<Parted>> {
         });
         let reference: Vec<Scenario> = reference.collect();
         if !reference.is_empty() {
-            let more = Runs::condition(&clean.core, sets::record(&reference, columns)?)?;
+            let more = Runs::condition(&clean.runs.robot, sets::record(&reference, columns)?)?;
             clean.runs.runs.extend(more.runs);
         }
         let further = sets::record(&driven, columns)?;
@@ -99,8 +99,8 @@ pub fn one(robot: &Robot, case: &Case) -> Result<Option<Parted>> {
     Ok(Some(Parted { case, tie, suggestion, names: names_after, ending }))
 }
 
-fn look(clean: &Clean, raw: &[RawRun<2>], case: &Case) -> Result<(Runs, Report)> {
-    let runs = Runs::condition(&clean.core, raw.to_vec())?;
+fn look(clean: &Clean, raw: &[RawRun], case: &Case) -> Result<(Runs, Report)> {
+    let runs = Runs::condition(&clean.runs.robot, raw.to_vec())?;
     let options = Options { removed: case.removed.clone(), ..Options::default() };
     let report = investigate(&runs, Some(&clean.runs), &clean.base, &options)?;
     Ok((runs, report))

@@ -157,7 +157,7 @@ pub fn one(robot: &Robot, case: &Case, engine: Engine) -> Result<Outcome> {
         effects.push(sets::scaled(effect, case.size, case.seed)?);
     }
     let raw = sets::record(&sets::field(&effects, case.noise.noise).field(case.seed), columns)?;
-    let runs = Runs::condition_to(&clean.core, raw, engine.rows())?;
+    let runs = Runs::condition_to(&clean.runs.robot, raw, engine.rows())?;
     let options = Options { removed: case.removed.clone(), ..Options::default() };
     let started = Instant::now();
     let report = engine.investigate(&runs, Some(&clean.runs), &clean.base, &options)?;

@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use fit::dataset::{Dataset, Kept, Run};
 use fit::pgd;
 use logs::robot::Robot;
-use logs::robot::chassis::Chassis;
 use logs::runs::{RawRun, Rows, Runs};
+use logs::{Conditioner, RawSample};
 use model::coefficients::{Method, ModelKind};
 use plant::effects::Effect;
 use plant::effects::size::scale_to;
@@ -15,9 +15,7 @@ use plant::field::{Field, Noise};
 use plant::{Scenario, simulate};
 use support::error::{Error, Result};
 
-use model_core::coefficients::Robot as CoreRobot;
 use model_core::eq18::Gate;
-use model_core::estimator::{Conditioner, Sample};
 use residuals::types::Base;
 
 /// Length of a run, s.
@@ -57,13 +55,13 @@ pub fn field(effects: &[Effect], noise: Noise) -> Field {
 ///
 /// # Errors
 /// What the plant refuses.
-pub fn record(scenarios: &[Scenario], columns: &[&str]) -> Result<Vec<RawRun<2>>> {
+pub fn record(scenarios: &[Scenario], columns: &[&str]) -> Result<Vec<RawRun>> {
     let mut runs = Vec::new();
     for (place, scenario) in scenarios.iter().enumerate() {
         let record = simulate(&Scenario { step_s: STEP_S, ..scenario.clone() })?;
         let rows = (0..record.time_s.len()).map(|k| {
-            let sample = Sample {
-                wheel_speed: [record.wheel_rad_s[0][k], record.wheel_rad_s[1][k]],
+            let sample = RawSample {
+                wheel_speed: [record.wheel_rad_s[0][k], record.wheel_rad_s[1][k]].into(),
                 wheel_acceleration: None,
                 power: record.power_w[k],
             };
@@ -96,8 +94,6 @@ pub struct Clean {
     pub base: Base,
     /// Its runs.
     pub runs: Runs,
-    /// The robot.
-    pub core: CoreRobot<f64, 2>,
     /// What mass estimates with the base have to expect.
     pub noise: model_core::payload::Noise<f64>,
 }
@@ -107,19 +103,19 @@ pub struct Clean {
 /// # Errors
 /// What plant and fit refuse.
 pub fn clean(robot: &Robot, seed: u64, noise: Noise, columns: &[&str], rows: Rows) -> Result<Clean> {
-    let core = robot.core::<2>(CUTOFF_HZ)?;
+    let chassis = robot.chassis(CUTOFF_HZ)?;
     let raw = record(&field(&[], noise).base(seed), columns)?;
-    let mut dataset = Dataset::empty(Chassis::new(&core), Gate::Signed);
+    let mut dataset = Dataset::empty(chassis.clone(), Gate::Signed);
     dataset.period_s = raw[0].period_s;
     for (place, run) in raw.iter().enumerate() {
         dataset.runs.push(Run { file: PathBuf::from(&run.name), gram: fit::gram::Gram::default() });
         let mut conditioner =
-            Conditioner::new(&core, run.period_s).map_err(|error| Error::failed(format!("{error:?}")))?;
+            Conditioner::new(&chassis, run.period_s).map_err(|error| Error::failed(format!("{error:?}")))?;
         for (time, sample, mass, _) in &run.rows {
-            let Some(now) = conditioner.push(sample, run.period_s) else { continue };
+            let Some(now) = conditioner.push_sample(sample, f64::NAN, run.period_s) else { continue };
             if now.settled {
                 let (power, run) = (now.power, place as u32);
-                dataset.store.push(Kept { wheels: &now.motion.wheels, power, mass: *mass, run, time: *time });
+                dataset.store.push(Kept { wheels: &now.wheels, power, mass: *mass, run, time: *time });
             }
             dataset.rows += 1;
         }
@@ -141,7 +137,7 @@ pub fn clean(robot: &Robot, seed: u64, noise: Noise, columns: &[&str], rows: Row
         of_simulator: false,
     };
     let noise = fit.noise;
-    Ok(Clean { base, runs: Runs::condition_to(&core, raw, rows)?, core, noise })
+    Ok(Clean { base, runs: Runs::condition_to(&chassis, raw, rows)?, noise })
 }
 
 /// The effect scaled so that it adds `size` standard deviations of the noise to the power of the

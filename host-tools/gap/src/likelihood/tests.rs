@@ -125,18 +125,18 @@ const TORQUE: [f64; 7] = [0.05, 0.01, 0.004, 0.002, 1.3, 2.0, 0.0];
 
 /// Runs of a minute with what the base predicts, an effect, and noise.
 fn runs(count: u32, effects: &[(Regressor, f64)], normal: &mut Normal) -> Runs {
-    let core = Robot::named("burger").unwrap().core::<2>(2.0).unwrap();
+    let burger = Robot::named("burger").unwrap().chassis(2.0).unwrap();
     let raw = (0..count).map(|run| {
         let pace = 0.3 + 0.11 * f64::from(run % 5);
         let rows = (0..1200).map(|k| {
             let time = 0.05 * f64::from(k);
             let speed = [5.0 * (pace * time).sin(), 4.0 * (0.7 * pace * time + f64::from(run)).sin()];
             let sample = Sample { wheel_speed: speed, wheel_acceleration: None, power: 0.0 };
-            (time, sample, 1.0 + f64::from(run % 4), Vec::new())
+            (time, sample.into(), 1.0 + f64::from(run % 4), Vec::new())
         });
         RawRun { name: format!("run{run}"), rows: rows.collect(), columns: Vec::new(), period_s: 0.05 }
     });
-    let mut runs = Runs::condition_to(&core, raw.collect(), Rows::AtLeast).unwrap();
+    let mut runs = Runs::condition_to(&burger, raw.collect(), Rows::AtLeast).unwrap();
     let state = State { torque: TorqueModel::from_array(TORQUE), effects: effects.to_vec() };
     let powers: Vec<Vec<f64>> = {
         let twin = Twin { runs: &runs, drive: Drive::Dissipative, lag: 0.0, early: 0.0 };

@@ -7,14 +7,13 @@
 
 use std::mem::discriminant;
 
-use logs::Shared;
+use logs::robot::chassis::PerWheel;
+use logs::{RawSample, Shared};
 use logs::motions::Motions;
 use logs::runs::{RawRun, Row, Run, Runs};
-use logs::with_core;
 use model::effects::Regressor;
-use model_core::coefficients::Robot as CoreRobot;
+use model_core::conditioning::Conditioning;
 use model_core::effects::Term;
-use model_core::estimator::Sample;
 use nalgebra::{DMatrix, DVector};
 use numerics::least_squares::{NormalEquations, Prior};
 use support::error::Result;
@@ -40,32 +39,19 @@ pub fn planned(field: &Runs, knots: &Knots, limits: &Limits, masses: &[f64]) -> 
         .find(|parts| field.period_s / parts * SAMPLES_PER_CUTOFF * field.robot.cutoff_hz() <= 1.0)
         .unwrap_or(8.0);
     let period_s = field.period_s / parts;
-    with_core!(&field.robot, core => runs_of(core, limits, knots, masses, (end, period_s)))
-}
-
-/// One run a mass, of a length and with a period, s.
-fn runs_of<const N: usize>(
-    core: &CoreRobot<f64, N>,
-    limits: &Limits,
-    knots: &Knots,
-    masses: &[f64],
-    (end, period_s): (f64, f64),
-) -> Result<Runs> {
+    let wheels = field.robot.wheels();
     let run = |mass: &f64| {
         let rows = (0..=(end / period_s) as usize).map(|k| {
             let time = k as f64 * period_s;
-            let mut wheel_speed = [0.0; N];
-            for (own, speed) in wheel_speed.iter_mut().zip(limits.wheel_speeds(at(knots, time))) {
-                *own = speed;
-            }
-            (time, Sample { wheel_speed, wheel_acceleration: None, power: 0.0 }, *mass, Vec::new())
+            let mut speeds = limits.wheel_speeds(at(knots, time));
+            let wheel_speed = PerWheel::new(wheels, |_| speeds.next().unwrap_or(0.0));
+            (time, RawSample { wheel_speed, ..RawSample::default() }, *mass, Vec::new())
         });
         RawRun { name: "planned".to_owned(), rows: rows.collect(), columns: Vec::new(), period_s }
     };
     // What the wheels will slip nobody knows before: planned drives do not.
-    let mut core = *core;
-    core.conditioning.true_slip = 0.0;
-    Runs::condition(&core, masses.iter().map(run).collect())
+    let conditioning = Conditioning { true_slip: 0.0, ..*field.robot.conditioning() };
+    Runs::condition(&field.robot.with_conditioning(conditioning), masses.iter().map(run).collect())
 }
 
 /// Whether a drive can show what this hypothesis says: nobody can foresee what other columns will

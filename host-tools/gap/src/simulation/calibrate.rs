@@ -1,8 +1,8 @@
 //! A nominal plant becomes this robot's: some of its physical parameters, fitted to runs without
 //! effects.
 
+use logs::robot::chassis::Chassis;
 use logs::runs::RawRun;
-use model_core::coefficients::Robot as CoreRobot;
 use nalgebra::{DMatrix, DVector};
 use plant::body::Wheel;
 use serde_json::{Map, Value, json};
@@ -57,13 +57,13 @@ impl Follower {
     ///
     /// # Errors
     /// As [`Follower::follow`].
-    pub fn calibrate<const N: usize>(&mut self, core: &CoreRobot<f64, N>, runs: &[RawRun<N>]) -> Result<()> {
-        let behind = Behind::new(core, runs)?;
+    pub fn calibrate(&mut self, robot: &Chassis, runs: &[RawRun]) -> Result<()> {
+        let behind = Behind::new(robot, runs)?;
         let scales = KNOBS.map(|knob| {
             let nominal = *(knob.of)(&mut self.machine.wheels[0].clone());
             if nominal > 0.0 { nominal } else { knob.typical }
         });
-        let mut best = self.try_on(core, runs, &behind)?;
+        let mut best = self.try_on(robot, runs, &behind)?;
         for _ in 0..FIT_STEPS {
             let now = self.knobs();
             let mut slopes = Vec::new();
@@ -72,7 +72,7 @@ impl Follower {
                 // Into the range, whichever end the parameter may be at.
                 let step = if now[place] + NUDGE * scale <= knob.range.1 { NUDGE } else { -NUDGE };
                 nudged.set(place, now[place] + step * scale);
-                let there = behind.residual(&nudged.power(core, runs, self.lag_s)?)?;
+                let there = behind.residual(&nudged.power(robot, runs, self.lag_s)?)?;
                 slopes.push(DVector::from_iterator(
                     best.residual.len(),
                     best.residual.iter().zip(&there).map(|(now, there)| (now - there) / step),
@@ -85,7 +85,7 @@ impl Follower {
                 for (place, by) in step.iter().enumerate() {
                     tried.set(place, now[place] + share * by * scales[place]);
                 }
-                let fit = tried.try_on(core, runs, &behind)?;
+                let fit = tried.try_on(robot, runs, &behind)?;
                 if fit.loss < best.loss {
                     moved = Some((tried, fit));
                     break;
@@ -125,13 +125,13 @@ impl Follower {
     }
 
     /// Residual at the lag that suits best, which the follower takes over.
-    fn try_on<const N: usize>(
+    fn try_on(
         &mut self,
-        core: &CoreRobot<f64, N>,
-        runs: &[RawRun<N>],
-        behind: &Behind<N>,
+        robot: &Chassis,
+        runs: &[RawRun],
+        behind: &Behind,
     ) -> Result<Fit> {
-        let followed = self.follow_all(core, runs)?;
+        let followed = self.follow_all(robot, runs)?;
         let period = runs.first().map_or(0.0, |run| run.period_s);
         let at = |lag: f64| -> Result<Fit> {
             let power: Vec<Vec<f64>> =
@@ -157,21 +157,21 @@ impl Follower {
         Ok(best.1)
     }
 
-    fn follow_all<const N: usize>(
+    fn follow_all(
         &self,
-        core: &CoreRobot<f64, N>,
-        runs: &[RawRun<N>],
+        robot: &Chassis,
+        runs: &[RawRun],
     ) -> Result<Vec<Followed>> {
-        in_parallel(runs, |_, run| self.follow(core, run, &[]))
+        in_parallel(runs, |_, run| self.follow(robot, run, &[]))
     }
 
-    fn power<const N: usize>(
+    fn power(
         &self,
-        core: &CoreRobot<f64, N>,
-        runs: &[RawRun<N>],
+        robot: &Chassis,
+        runs: &[RawRun],
         lag: f64,
     ) -> Result<Vec<Vec<f64>>> {
-        let followed = self.follow_all(core, runs)?;
+        let followed = self.follow_all(robot, runs)?;
         Ok(runs.iter().zip(&followed).map(|(run, followed)| followed.power(run, lag)).collect())
     }
 

@@ -1,25 +1,25 @@
 //! Measured and simulated power behind the same filter.
 
+use logs::robot::chassis::Chassis;
 use logs::runs::{RawRun, Runs};
-use model_core::coefficients::Robot as CoreRobot;
 use support::error::Result;
 
 /// Runs as measured, with all that is needed to put another power in place of the measured one.
 #[derive(Debug)]
-pub struct Behind<'a, const N: usize> {
-    core: &'a CoreRobot<f64, N>,
-    raw: &'a [RawRun<N>],
+pub struct Behind<'a> {
+    robot: &'a Chassis,
+    raw: &'a [RawRun],
     /// As measured.
     pub measured: Runs,
 }
 
-impl<'a, const N: usize> Behind<'a, N> {
+impl<'a> Behind<'a> {
     /// Conditions runs.
     ///
     /// # Errors
     /// As [`Runs::condition`].
-    pub fn new(core: &'a CoreRobot<f64, N>, raw: &'a [RawRun<N>]) -> Result<Self> {
-        Ok(Self { core, raw, measured: Runs::condition(core, raw.to_vec())? })
+    pub fn new(robot: &'a Chassis, raw: &'a [RawRun]) -> Result<Self> {
+        Ok(Self { robot, raw, measured: Runs::condition(robot, raw.to_vec())? })
     }
 
     /// Another power, W, one vector a run and a value a row of the log, as the filter passes it: a
@@ -34,7 +34,7 @@ impl<'a, const N: usize> Behind<'a, N> {
                 sample.power = *power;
             }
         }
-        let runs = Runs::condition(self.core, raw)?;
+        let runs = Runs::condition(self.robot, raw)?;
         Ok(runs.runs.iter().map(|run| run.rows.iter().map(|row| row.power).collect()).collect())
     }
 

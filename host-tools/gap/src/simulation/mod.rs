@@ -15,10 +15,10 @@ use std::sync::Arc;
 use std::thread;
 
 use logs::robot::Robot;
+use logs::robot::chassis::Chassis;
 use logs::runs::RawRun;
 use model::effects::plant::{Finding, Part, Scene};
 use model::effects::{Regressor, Switched, cause};
-use model_core::coefficients::Robot as CoreRobot;
 use plant::PlantSet;
 use serde_json::{Map, Value, json};
 use support::error::Result;
@@ -121,23 +121,23 @@ pub struct Simulated {
 ///
 /// # Errors
 /// A robot whose wheels the plant cannot have; runs that it cannot follow.
-pub fn simulate<const N: usize>(
+pub fn simulate(
     set: PlantSet,
     robot: &Robot,
-    core: &CoreRobot<f64, N>,
-    raw: &[RawRun<N>],
-    clean: Option<&[RawRun<N>]>,
+    chassis: &Chassis,
+    raw: &[RawRun],
+    clean: Option<&[RawRun]>,
     report: &Report,
 ) -> Result<Simulated> {
     let mut follower = Follower::new(set, robot)?;
-    let open: Vec<RawRun<N>> = report.split.open.iter().map(|&place| raw[place].clone()).collect();
+    let open: Vec<RawRun> = report.split.open.iter().map(|&place| raw[place].clone()).collect();
     let calibration = clean.unwrap_or(&open);
-    follower.calibrate(core, calibration)?;
-    let calibrated_w = gap(core, &follower, calibration)?;
+    follower.calibrate(chassis, calibration)?;
+    let calibrated_w = gap(chassis, &follower, calibration)?;
 
-    let behind = Behind::new(core, raw)?;
+    let behind = Behind::new(chassis, raw)?;
     let mut missed = 0.0_f64;
-    let none = drive(&follower, core, raw, |_| Ok(Vec::new()), &mut missed)?;
+    let none = drive(&follower, chassis, raw, |_| Ok(Vec::new()), &mut missed)?;
     let before = behind.filtered(&none)?;
     let lightest_kg =
         raw.iter().flat_map(|run| &run.rows).map(|(_, _, mass, _)| *mass).fold(f64::INFINITY, f64::min);
@@ -168,14 +168,14 @@ pub fn simulate<const N: usize>(
             Err(reason) => not_simulated.push(Missing { id: named.candidate.id.clone(), reason }),
         }
     }
-    find_sizes(&follower, core, raw, report, &mut parts)?;
+    find_sizes(&follower, chassis, raw, report, &mut parts)?;
     let acting = |run: usize| -> Result<Vec<_>> {
         Ok(parts.iter().map(|(part, size)| part.in_run(*size, run)).collect::<Result<Vec<_>>>()?.concat())
     };
     let after = if parts.is_empty() {
         before.clone()
     } else {
-        behind.filtered(&drive(&follower, core, raw, acting, &mut missed)?)?
+        behind.filtered(&drive(&follower, chassis, raw, acting, &mut missed)?)?
     };
 
     let locked = behind.measured.subset(&report.split.locked);
@@ -235,16 +235,16 @@ pub fn simulate<const N: usize>(
 }
 
 /// Searches the sizes on the open runs, one after the other; twice where there are several.
-fn find_sizes<const N: usize>(
+fn find_sizes(
     follower: &Follower,
-    core: &CoreRobot<f64, N>,
-    raw: &[RawRun<N>],
+    chassis: &Chassis,
+    raw: &[RawRun],
     report: &Report,
     parts: &mut [(Part, f64)],
 ) -> Result<()> {
     let places = &report.split.open;
-    let open: Vec<RawRun<N>> = places.iter().map(|&place| raw[place].clone()).collect();
-    let behind = Behind::new(core, &open)?;
+    let open: Vec<RawRun> = places.iter().map(|&place| raw[place].clone()).collect();
+    let behind = Behind::new(chassis, &open)?;
     let measured: Vec<f64> =
         behind.measured.runs.iter().flat_map(|run| &run.rows).map(|row| row.power).collect();
     let rounds = if parts.len() > 1 { 2 } else { 1 };
@@ -258,7 +258,7 @@ fn find_sizes<const N: usize>(
                     }
                     Ok(all)
                 };
-                let power = drive(follower, core, &open, effects, &mut 0.0)?;
+                let power = drive(follower, chassis, &open, effects, &mut 0.0)?;
                 Ok(behind.filtered(&power)?.concat())
             };
             let without = power(0.0)?;
@@ -270,7 +270,7 @@ fn find_sizes<const N: usize>(
 }
 
 /// Times of steps in the locked runs, where they are the runs' own.
-fn locked_times<const N: usize>(behind: &Behind<'_, N>, report: &Report) -> Vec<(Switched, Arc<[f64]>)> {
+fn locked_times(behind: &Behind<'_>, report: &Report) -> Vec<(Switched, Arc<[f64]>)> {
     let locked = behind.measured.subset(&report.split.locked);
     let Some(basis) = &report.basis else { return Vec::new() };
     let twin = Twin { runs: &locked, drive: basis.drive, lag: basis.lag, early: 0.0 };
@@ -287,29 +287,29 @@ fn locked_times<const N: usize>(behind: &Behind<'_, N>, report: &Report) -> Vec<
 
 /// Power of all runs, W, a value a row of the log, and the worst share of the speeds that was
 /// missed.
-fn drive<const N: usize>(
+fn drive(
     follower: &Follower,
-    core: &CoreRobot<f64, N>,
-    runs: &[RawRun<N>],
+    chassis: &Chassis,
+    runs: &[RawRun],
     effects: impl Fn(usize) -> Result<Vec<plant::Effect>> + Sync,
     missed: &mut f64,
 ) -> Result<Vec<Vec<f64>>> {
-    let followed = in_parallel(runs, |place, run| follower.follow(core, run, &effects(place)?))?;
+    let followed = in_parallel(runs, |place, run| follower.follow(chassis, run, &effects(place)?))?;
     *missed = followed.iter().map(|followed| followed.missed).fold(*missed, f64::max);
     Ok(runs.iter().zip(&followed).map(|(run, followed)| followed.power(run, follower.lag_s)).collect())
 }
 
 /// Root mean square of measured less simulated power of runs without effects, W.
-fn gap<const N: usize>(core: &CoreRobot<f64, N>, follower: &Follower, runs: &[RawRun<N>]) -> Result<f64> {
-    let power = drive(follower, core, runs, |_| Ok(Vec::new()), &mut 0.0)?;
-    let left = Behind::new(core, runs)?.residual(&power)?;
+fn gap(chassis: &Chassis, follower: &Follower, runs: &[RawRun]) -> Result<f64> {
+    let power = drive(follower, chassis, runs, |_| Ok(Vec::new()), &mut 0.0)?;
+    let left = Behind::new(chassis, runs)?.residual(&power)?;
     Ok((squares(&left) / left.len().max(1) as f64).sqrt())
 }
 
 /// Works on runs on two threads.
-fn in_parallel<const N: usize, T: Send>(
-    runs: &[RawRun<N>],
-    work: impl Fn(usize, &RawRun<N>) -> Result<T> + Sync,
+fn in_parallel<T: Send>(
+    runs: &[RawRun],
+    work: impl Fn(usize, &RawRun) -> Result<T> + Sync,
 ) -> Result<Vec<T>> {
     let half = runs.len() / 2;
     let (left, right) = runs.split_at(half);

@@ -1,8 +1,8 @@
 //! The plant along the wheel speeds that were recorded: what it would have drawn.
 
+use logs::robot::chassis::{Chassis, PerWheel};
 use logs::robot::{Geometry, Robot};
 use logs::runs::RawRun;
-use model_core::coefficients::Robot as CoreRobot;
 use model_core::filter::{Channel, LowPass};
 use plant::drive::Drive;
 use plant::{
@@ -78,16 +78,11 @@ impl Follower {
     ///
     /// # Errors
     /// An effect that makes no sense for the robot; a run that the filter cannot follow.
-    pub fn follow<const N: usize>(
-        &self,
-        core: &CoreRobot<f64, N>,
-        run: &RawRun<N>,
-        effects: &[Effect],
-    ) -> Result<Followed> {
-        let speeds = smoothed(core, run)?;
+    pub fn follow(&self, robot: &Chassis, run: &RawRun, effects: &[Effect]) -> Result<Followed> {
+        let speeds = smoothed(robot, run)?;
         let start = run.rows.first().map_or(0.0, |row| row.0);
         let end = run.rows.last().map_or(0.0, |row| row.0) - start;
-        let at_rest = speeds.first().is_none_or(|w| w.iter().all(|w| w.abs() <= core.dead_band));
+        let at_rest = speeds.first().is_none_or(|w| w.iter().all(|w| w.abs() <= robot.dead_band()));
         let lead_s = if at_rest { 0.0 } else { LEAD_S };
         let mut knots = vec![(0.0, [0.0; MAX_WHEELS])];
         let mut masses: Vec<(f64, f64)> = Vec::new();
@@ -138,7 +133,7 @@ impl Follower {
 impl Followed {
     /// Power at every row of the run, W: the mean over a sample period about it, as a sensor
     /// averages; `lag_s` later.
-    pub fn power<const N: usize>(&self, run: &RawRun<N>, lag_s: f64) -> Vec<f64> {
+    pub fn power(&self, run: &RawRun, lag_s: f64) -> Vec<f64> {
         let start = run.rows.first().map_or(0.0, |row| row.0);
         let energy = |time: f64| {
             let place = (time / STEP_S).clamp(0.0, (self.energy_j.len() - 1) as f64);
@@ -170,9 +165,9 @@ fn later(effect: &Effect, lead_s: f64) -> Result<Effect> {
 }
 
 /// Wheel speeds, rad/s, smoothed without delay.
-fn smoothed<const N: usize>(core: &CoreRobot<f64, N>, run: &RawRun<N>) -> Result<Vec<[f64; N]>> {
-    let raw: Vec<[f64; N]> = run.rows.iter().map(|(_, sample, ..)| sample.wheel_speed).collect();
-    let cutoff = SMOOTHER * core.cutoff_hz;
+fn smoothed(robot: &Chassis, run: &RawRun) -> Result<Vec<PerWheel<f64>>> {
+    let raw: Vec<PerWheel<f64>> = run.rows.iter().map(|(_, sample, ..)| sample.wheel_speed).collect();
+    let cutoff = SMOOTHER * robot.cutoff_hz();
     if cutoff * run.period_s > MOST_CUTOFF {
         return Ok(raw);
     }
@@ -190,13 +185,12 @@ fn smoothed<const N: usize>(core: &CoreRobot<f64, N>, run: &RawRun<N>) -> Result
         }
         out
     };
-    let mut smooth = raw.clone();
-    for wheel in 0..N {
-        let there = pass(&mut raw.iter().map(|speeds| speeds[wheel]));
-        let back = pass(&mut there.into_iter().rev());
-        for (row, value) in smooth.iter_mut().zip(back.into_iter().rev()) {
-            row[wheel] = value;
-        }
-    }
-    Ok(smooth)
+    let backwards: Vec<Vec<f64>> = (0..robot.wheels())
+        .map(|wheel| {
+            let there = pass(&mut raw.iter().map(|speeds| speeds[wheel]));
+            pass(&mut there.into_iter().rev())
+        })
+        .collect();
+    let rows = (0..raw.len()).rev();
+    Ok(rows.map(|row| PerWheel::new(robot.wheels(), |wheel| backwards[wheel][row])).collect())
 }

@@ -11,11 +11,11 @@ use std::path::PathBuf;
 
 use fit::dataset::Reading;
 use fit::pgd;
+use logs::robot::chassis::Chassis;
 use logs::robot::{PowerSource, Robot};
 use logs::runs::{RawRun, Runs};
 use logs::simulated;
 use model::coefficients::{Method, ModelKind};
-use model_core::coefficients::Robot as CoreRobot;
 use model_core::eq18::Gate;
 use model_core::model::Model;
 use serde::Serialize;
@@ -60,20 +60,20 @@ impl Source {
 
 /// A simulator as the workflow takes it.
 #[derive(Debug, Clone)]
-pub struct Simulator<const N: usize> {
+pub struct Simulator {
     /// Where it comes from.
     pub source: Source,
     /// The robot behind the filter that the measured logs need.
-    pub core: CoreRobot<f64, N>,
+    pub chassis: Chassis,
     /// The model fitted to it.
     pub base: Base,
     /// What of its power that model explains.
     pub quality: Quality,
     /// Its runs as recorded.
-    pub raw: Vec<RawRun<N>>,
+    pub raw: Vec<RawRun>,
 }
 
-impl<const N: usize> Simulator<N> {
+impl Simulator {
     /// Reads it, and fits the model to it. Logs without a mass are at `mass_kg`; `powers` as for
     /// [`Runs::raw`].
     ///
@@ -104,8 +104,8 @@ impl<const N: usize> Simulator<N> {
             masses_kg: fitted.masses.clone(),
             of_simulator: true,
         };
-        let raw = Runs::raw::<N>(context, &simulated, &source.files, mass_kg, powers)?;
-        Ok(Self { core: *dataset.robot.core(), base, quality: fitted.quality, raw, source })
+        let raw = Runs::raw(context, &simulated, &source.files, mass_kg, powers)?;
+        Ok(Self { chassis: dataset.robot, base, quality: fitted.quality, raw, source })
     }
 
     /// Refuses rows that are further apart, or closer together, than those that were measured: the

@@ -17,17 +17,17 @@ pub(crate) const STD_W: f64 = 0.07;
 
 /// Two runs of different masses at two paces, rad/s; the power is what nobody's model says.
 pub(crate) fn runs(paces: [f64; 2]) -> Runs {
-    let core = Robot::named("burger").unwrap().core::<2>(2.0).unwrap();
+    let burger = Robot::named("burger").unwrap().chassis(2.0).unwrap();
     let raw = [(1.0, paces[0]), (4.0, paces[1])].map(|(mass, pace)| {
         let rows = (0..500).map(|i| {
             let time = 0.05 * f64::from(i);
             let speed = [5.0 * (pace * time).sin(), 4.0 * (0.7 * pace * time).cos()];
             let power = 0.5 + 0.2 * mass * (1.3 * time).sin() + 0.1 * (11.0 * time * time).sin();
-            (time, Sample { wheel_speed: speed, wheel_acceleration: None, power }, mass, Vec::new())
+            (time, Sample { wheel_speed: speed, wheel_acceleration: None, power }.into(), mass, Vec::new())
         });
         RawRun { name: "run".to_owned(), rows: rows.collect(), columns: Vec::new(), period_s: 0.05 }
     });
-    Runs::condition(&core, raw.into()).unwrap()
+    Runs::condition(&burger, raw.into()).unwrap()
 }
 
 /// Noise of a known standard deviation that has no memory, and of which nothing says that it
