@@ -422,7 +422,7 @@ pub fn coefficients_image(
 ) -> Result<Vec<u8>> {
     check_wheels(robot)?;
     let taking = Taking { not_usable, ..Taking::default() };
-    let read = CoefficientsFile::<WHEELS>::read_taking(coefficients, robot, taking)?.coefficients;
+    let read = CoefficientsFile::read_taking(coefficients, robot, taking)?.coefficients.core();
     if ground_adapts && !(matches!(read.model, Model::Signed { .. }) && read.columns.is_empty()) {
         return Err(Error::failed(GROUND_NEEDS).in_file(coefficients));
     }

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use logs::robot::Robot;
-use logs::with_wheels;
 use model::coefficients::ModelKind;
 use serde::Serialize;
 use support::context::Context;
@@ -121,16 +120,7 @@ pub fn step(
     out: Option<&Path>,
 ) -> Result<Stepped> {
     let runs = read(context, robot, files)?;
-    with_wheels!(robot, step_with(robot, &runs, near, out))
-}
-
-fn step_with<const N: usize>(
-    robot: &Robot,
-    runs: &[RunGram],
-    near: &Path,
-    out: Option<&Path>,
-) -> Result<Stepped> {
-    let Step { file, told } = run_gram::step::<N>(robot, near, runs)?;
+    let Step { file, told } = run_gram::step(robot, near, &runs)?;
     out.map_or(Ok(()), |out| file.write(out))?;
     Ok(Stepped {
         robot: robot.name().to_owned(),

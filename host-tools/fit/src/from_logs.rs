@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use logs::robot::Robot;
-use logs::with_wheels;
 use model::coefficients::{Method, ModelKind};
 use model_core::coefficients::Image;
 use model_core::model::Model;
@@ -143,13 +142,13 @@ pub fn from_logs(context: &Context, request: &Request<'_>) -> Result<Answer> {
     // What the logs look like explains what the fit says of itself.
     warnings.append(&mut fit.warnings);
     let out = out.filter(|_| fit.defect.is_none() || force);
-    let written = out.map(|out| with_wheels!(robot, written(&fit, robot, out))).transpose()?;
+    let written = out.map(|out| written(&fit, robot, out)).transpose()?;
     Ok(told(fit, robot, warnings, written))
 }
 
 /// As `out` holds it.
-fn written<const N: usize>(fit: &Fit, robot: &Robot, out: &Path) -> Result<String> {
-    let mut file = fit.to_file::<N>()?;
+fn written(fit: &Fit, robot: &Robot, out: &Path) -> Result<String> {
+    let mut file = fit.to_file()?;
     for log in &mut file.origin.logs {
         log.weighed_kg = robot.log_units().mass_of(&log.path);
     }

@@ -30,10 +30,10 @@ pub mod warning;
 use std::path::PathBuf;
 use std::time::Instant;
 
+use logs::foreign;
 use logs::robot::Robot;
 use logs::robot::chassis::Chassis;
-use logs::{foreign, with_core};
-use model_core::coefficients::{Coefficients, Image, Robot as CoreRobot};
+use model_core::coefficients::Image;
 use model_core::conditioning::Conditioning;
 use model_core::effects::Columns;
 use model_core::eq18::{self, Gate};
@@ -52,7 +52,7 @@ use self::pilot::Pilots;
 use self::usable::{Defect, MassEffect};
 use self::verdict::Parameter;
 use self::warning::Warning;
-use model::coefficients::{Method, ModelKind, is_plausible};
+use model::coefficients::{FittedModel, Method, ModelKind};
 
 /// A model, what it is worth, and how it was found.
 #[derive(Debug, Clone)]
@@ -114,33 +114,25 @@ pub struct Fit {
 
 impl Fit {
     /// What `gmr estimate` and the board run.
-    ///
-    /// # Panics
-    /// If `N` is not the robot's number of wheels.
-    pub fn coefficients<const N: usize>(&self) -> Coefficients<f64, N> {
-        self.of(self.robot.core())
-    }
-
-    fn of<const N: usize>(&self, robot: &CoreRobot<f64, N>) -> Coefficients<f64, N> {
-        Coefficients {
-            robot: *robot,
+    pub fn coefficients(&self) -> FittedModel {
+        FittedModel {
+            robot: self.robot.clone(),
             model: self.model,
             noise: self.noise,
             columns: Columns::NONE,
             identifies_mass: self.identifies_mass,
-            ground_adapts: false,
         }
     }
 
     /// Whether a robot can be so.
     fn is_plausible(&self) -> bool {
-        with_core!(&self.robot, core => is_plausible(&self.of(core)))
+        self.coefficients().is_plausible()
     }
 
     /// As a board would hold it, but for its gyro; `None` where no board has such a model.
     fn image(&self) -> Option<Image> {
         let conditioning = Conditioning { true_slip: 0.0, ..*self.robot.conditioning() };
-        with_core!(&self.robot.with_conditioning(conditioning), core => self.of(core).encode())
+        FittedModel { robot: self.robot.with_conditioning(conditioning), ..self.coefficients() }.encode()
     }
 }
 

@@ -52,7 +52,7 @@ impl Fit {
     ///
     /// # Errors
     /// A log that can no longer be read.
-    pub fn to_file<const N: usize>(&self) -> Result<CoefficientsFile<N>> {
+    pub fn to_file(&self) -> Result<CoefficientsFile> {
         Ok(CoefficientsFile {
             coefficients: self.coefficients(),
             kind: self.kind,

@@ -7,7 +7,6 @@ use answers::export::rmf::{Export, export};
 use answers::export::{cruise_m_s, straight_w};
 use fit::run_gram::{RunGram, step};
 use logs::robot::Robot;
-use logs::with_wheels;
 use serde::Serialize;
 use support::error::{Error, Result};
 use support::output::write_content;
@@ -57,7 +56,7 @@ pub(super) fn models(
         let counts = |run: &&&RunGram| since.is_none_or(|change| key(run, DAY) >= &*change.since);
         let all = of.get(&*standing.robot)?;
         let counted: Vec<RunGram> = all.iter().filter(counts).map(|run| (*run).clone()).collect();
-        let (watts, mut export) = with_wheels!(robot, of_one(robot, coeffs, standing, &counted)).ok()?;
+        let (watts, mut export) = of_one(robot, coeffs, standing, &counted).ok()?;
         standing.straight_w = Some(watts);
         export.robot = printable::name(&standing.robot);
         Some(export)
@@ -65,13 +64,8 @@ pub(super) fn models(
     standings.iter_mut().map(model).collect()
 }
 
-fn of_one<const N: usize>(
-    robot: &Robot,
-    coeffs: &Path,
-    standing: &Standing,
-    runs: &[RunGram],
-) -> Result<(f64, Export)> {
-    let coefficients = step::<N>(robot, coeffs, runs)?.file.coefficients;
+fn of_one(robot: &Robot, coeffs: &Path, standing: &Standing, runs: &[RunGram]) -> Result<(f64, Export)> {
+    let coefficients = step(robot, coeffs, runs)?.file.coefficients;
     let speed = cruise_m_s(robot);
     // Of the same mass for all: robots that carry more do not stand out by it.
     let watts = straight_w(robot, &coefficients, robot.mass_no_load_kg(), speed)?;

@@ -23,11 +23,11 @@ use residuals::twin::{State, Twin};
 ///
 /// # Errors
 /// The file cannot be written; the effects are more than a board holds.
-pub fn write<const N: usize>(
+pub fn write(
     context: &Context,
     runs: &Runs,
     report: &Report,
-    base: &CoefficientsFile<N>,
+    base: &CoefficientsFile,
     out: &Path,
 ) -> Result<()> {
     let written: Vec<_> = report

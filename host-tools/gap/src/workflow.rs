@@ -10,7 +10,7 @@ use logs::checks;
 use logs::robot::Robot;
 use logs::robot::chassis::Chassis;
 use logs::runs::{Rows, Runs};
-use logs::{speed_column, with_wheels};
+use logs::speed_column;
 use model::coefficients::{CoefficientsFile, InvalidCoefficients, Taking};
 use model::effects::{NotTestable, written};
 use model_core::eq18::Gate;
@@ -156,14 +156,13 @@ impl Answer {
 /// A file that cannot be read, is not of this robot or would be written over; too few runs; data
 /// that determine no model.
 pub fn gap(context: &Context, request: &Request<'_>) -> Result<Answer> {
-    let robot = request.robot;
     if let Some(file) = request.report {
         page::check(file)?;
     }
     if power_only::is_power_only(context, request.logs)? {
         return Ok(Answer::of(of_power_only(context, request)?));
     }
-    with_wheels!(robot, answer(context, request))
+    answer(context, request)
 }
 
 /// Of logs that do not say how the robot moved.
@@ -214,18 +213,18 @@ fn check_outputs(request: &Request<'_>, clean_logs: &[PathBuf]) -> Result<()> {
     files.try_for_each(|(file, form)| overwrite::check(file, form, force))
 }
 
-fn answer<const N: usize>(context: &Context, request: &Request<'_>) -> Result<Answer> {
+fn answer(context: &Context, request: &Request<'_>) -> Result<Answer> {
     let Request { robot, logs, coeffs, sim, mass_kg: mass, effects, .. } = *request;
     checks::check_mass(robot, mass).map_err(|error| Error::usage(format!("--mass: {}", error.message())))?;
     let own = effects.map_or(Ok(Vec::new()), user::read)?;
     // Before the long work, and before the clean logs are asked whether they have changed.
     let taking = Taking { true_slip: true, not_usable: request.force.then_some(context) };
-    let read = |file| Ok((file, CoefficientsFile::<N>::read_taking(file, robot, taking)?));
+    let read = |file| Ok((file, CoefficientsFile::read_taking(file, robot, taking)?));
     let fitted: Option<(&Path, _)> = coeffs.map(read).transpose()?;
     let weighed = fitted.as_ref().map(|(_, fitted)| fitted.with_weighed(robot)).transpose()?;
     let robot = weighed.as_ref().unwrap_or(robot);
     if let (Some(_), Some((file, fitted))) = (request.plant, &fitted)
-        && fitted.coefficients.robot.conditioning.true_slip != 0.0
+        && fitted.coefficients.robot.conditioning().true_slip != 0.0
     {
         // The simulated robot has no gyro.
         return Err(Error::of(InvalidCoefficients::TrueSlip).in_file(file).in_column("true_slip_s_rad"));
@@ -243,9 +242,8 @@ fn answer<const N: usize>(context: &Context, request: &Request<'_>) -> Result<An
     check_outputs(request, &clean_and_sim)?;
     checks::each_once(logs, &clean_and_sim)?;
     let named: Vec<String> = own.iter().flat_map(|effect| effect.formula.variables()).cloned().collect();
-    let simulator = simulator
-        .map(|source| Simulator::read(context, robot, source, logs, mass, &named))
-        .transpose()?;
+    let simulator =
+        simulator.map(|source| Simulator::read(context, robot, source, logs, mass, &named)).transpose()?;
     let (chassis, base) = match (&simulator, &fitted) {
         (Some(simulator), _) => (simulator.chassis.clone(), simulator.base.clone()),
         (None, Some((file, fitted))) => fitted_base(file, fitted)?,
@@ -355,10 +353,7 @@ fn say_what_is_missing(context: &Context, clean_runs: Option<usize>, has_coeffic
 }
 
 /// The base of coefficients as `gmr fit` wrote them.
-fn fitted_base<const N: usize>(
-    file: &Path,
-    fitted: &CoefficientsFile<N>,
-) -> Result<(Chassis, Base)> {
+fn fitted_base(file: &Path, fitted: &CoefficientsFile) -> Result<(Chassis, Base)> {
     let read = &fitted.coefficients;
     let Model::Signed { torque, drive } = read.model else {
         return Err(Error::failed("model eq18; expected signed: effects act on its torques")
@@ -375,16 +370,11 @@ fn fitted_base<const N: usize>(
     }
     let covariance = Some(fitted.covariance.clone());
     let masses_kg = fitted.origin.masses_kg.clone();
-    Ok((Chassis::new(&read.robot), Base { torque, covariance, drive, masses_kg, of_simulator: false }))
+    Ok((read.robot.clone(), Base { torque, covariance, drive, masses_kg, of_simulator: false }))
 }
 
 /// A base fitted to the very runs in question.
-fn own_base(
-    context: &Context,
-    robot: &Robot,
-    logs: &[PathBuf],
-    mass_kg: f64,
-) -> Result<(Chassis, Base)> {
+fn own_base(context: &Context, robot: &Robot, logs: &[PathBuf], mass_kg: f64) -> Result<(Chassis, Base)> {
     let reading = Reading { gate: Gate::Signed, cutoff_hz: None, mass_kg };
     let dataset = fit::read(context, robot, logs, &reading)?;
     let torque = physical::solve(&dataset, robot).torque;

@@ -10,7 +10,8 @@ use support::printable;
 use super::masses::check_mass;
 use super::table::numbers_in_first_row;
 use super::{
-    Header, MASS, POWER, RUN, RawSample, SIM, SampleReader, TIME, YAW_RATE, acceleration_column, foreign, speed_column,
+    Header, MASS, POWER, RUN, RawSample, SIM, SampleReader, TIME, YAW_RATE, acceleration_column, foreign,
+    speed_column,
 };
 use crate::robot::Robot;
 

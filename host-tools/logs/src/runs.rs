@@ -125,11 +125,7 @@ impl Runs {
     ///
     /// # Errors
     /// As [`read`](Self::read).
-    pub fn condition_to(
-        chassis: &Chassis,
-        raw: Vec<RawRun>,
-        rows: Rows,
-    ) -> Result<Self> {
+    pub fn condition_to(chassis: &Chassis, raw: Vec<RawRun>, rows: Rows) -> Result<Self> {
         let mut columns: Vec<String> = Vec::new();
         let mut seen: HashSet<&str> = HashSet::new();
         for name in raw.iter().flat_map(|run| &run.columns) {

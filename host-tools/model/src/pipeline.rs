@@ -1,17 +1,20 @@
 //! What a log is replayed through: the estimator on the ground of the fit, as boards run it, or one
 //! whose ground adapts.
 
-use logs::compiled_here;
+use logs::{RawSample, with_core};
 use model_core::adapt::{Adaptive, Ground};
-use model_core::coefficients::Coefficients;
+use model_core::coefficients::{Coefficients, MOST_WHEELS};
 use model_core::effects::live::{Additions, Live, Outside};
-use model_core::estimator::{Estimate, Estimator, Sample, Timing, Unfit};
+use model_core::estimator::{Conditioned, Estimate, Estimator, Timing, Unfit};
 use model_core::gyro::{Gyro, WithGyro};
-use model_core::model::Model;
-use model_core::payload::roots::RootMean;
-use model_core::payload::{MassEstimate, Method, Unknown};
+use model_core::model::{Model, Response};
+use model_core::payload::roots::{self, RootMean};
+use model_core::payload::window::{self, Window};
+use model_core::payload::{Bucket, MassEstimate, Method, Unknown};
 use serde::{Deserialize, Serialize};
 use support::error::{Error, Result as Done};
+
+use crate::coefficients::FittedModel;
 
 /// Most buckets in a window.
 const BUCKETS: usize = 512;
@@ -85,10 +88,28 @@ pub struct GroundAt {
     pub scrub_std_nm_kg: f64,
 }
 
+/// What is measured beside speeds and power, with room for all wheels that a robot can have.
+pub type Beside = Outside<f64, MOST_WHEELS>;
+
+/// What is known after a sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimated {
+    /// Actuation power behind the filter, W; `None` while that is not settled.
+    pub measured: Option<f64>,
+    /// The total mass as of the last closed bucket.
+    pub mass: MassEstimate<f64>,
+    /// P̂_act, W; `None` while the mass is unknown or the filter unsettled.
+    pub power: Option<f64>,
+    /// This sample closed a bucket.
+    pub closed: bool,
+    /// The payload is another since this many buckets: noticed now.
+    pub changed: Option<usize>,
+}
+
 /// Samples in, mass and power out.
-pub trait Pipeline<const N: usize> {
+pub trait Pipeline {
     /// Takes a sample, `elapsed` s after the one before, and what is measured beside.
-    fn push(&mut self, sample: &Sample<f64, N>, outside: &Outside<f64, N>, elapsed: f64) -> Estimate<f64, N>;
+    fn push(&mut self, sample: &RawSample, beside: &Beside, elapsed: f64) -> Estimated;
     /// The robot's turn rate (counter-clockwise, rad/s) at the next sample; no number where no gyro
     /// tells it.
     fn turn(&mut self, _: f64) {}
@@ -100,76 +121,172 @@ pub trait Pipeline<const N: usize> {
     fn over_latest(&self, count: usize) -> Option<MassEstimate<f64>>;
     /// Actuation energy measured, and predicted while the mass was known, J.
     fn energy(&self) -> (f64, f64);
-    /// The coefficients' effects, where they hold any.
-    fn live(&self) -> Option<&Live<f64, N>>;
+    /// Power of the latest sample at a mass, kg, on the ground of the fit, W; `None` where the
+    /// filter has not settled.
+    fn power_at(&self, mass_kg: f64) -> Option<f64>;
     /// Whether the power predicted is that at a mass that was given.
     fn is_told(&self) -> bool {
         false
     }
     /// The ground in hand, where it adapts: the record at a time, s.
-    fn ground(&self, time_s: f64) -> Option<GroundAt>;
+    fn ground(&self, _: f64) -> Option<GroundAt> {
+        None
+    }
 }
 
-/// What [`fitted`] gives.
-type Made<const N: usize> = Result<Box<dyn Pipeline<N>>, Unfit>;
+/// A pipeline, or what the coefficients cannot have at this rate.
+type Made = Result<Box<dyn Pipeline>, Unfit>;
 
-compiled_here! {
-    /// The estimator on the ground of the fit.
-    ///
-    /// # Errors
-    /// What these coefficients cannot have at this rate.
-    pub fn fitted<N>(coefficients: &Coefficients<f64, N>, payloads: Payloads, timing: &Timing) -> Made<N> = fitted_here;
-}
-
-fn fitted_here<const N: usize>(
-    coefficients: &Coefficients<f64, N>,
-    payloads: Payloads,
-    timing: &Timing,
-) -> Made<N> {
-    Ok(match payloads {
-        Payloads::Window => {
-            Box::new(Fitted::new(coefficients, coefficients.window(timing.period_s), timing)?)
-        }
-        Payloads::Roots => {
-            Box::new(Fitted::new(coefficients, RootMean { range: coefficients.robot.range }, timing)?)
-        }
+/// The estimator on the ground of the fit, as boards run it.
+///
+/// # Errors
+/// What these coefficients cannot have at this rate.
+pub fn fitted(coefficients: &FittedModel, payloads: Payloads, timing: &Timing) -> Made {
+    with_core!(&coefficients.robot, core => {
+        let coefficients = coefficients.of(core);
+        let method = match payloads {
+            Payloads::Window => AnyMethod::Window(coefficients.window(timing.period_s)),
+            Payloads::Roots => AnyMethod::Roots(RootMean { range: coefficients.robot.range }),
+        };
+        Ok(Box::new(Fitted::new(&coefficients, method, timing)?))
     })
 }
 
+/// Rolling resistance and scrub adapt beside the mass, or at the one that is given.
+///
+/// # Errors
+/// Another model than the signed one, or effects; what these coefficients cannot have at this rate.
+pub fn adapting(
+    coefficients: &FittedModel,
+    ground: &Ground<f64>,
+    timing: &Timing,
+    mass_kg: Option<f64>,
+) -> Made {
+    with_core!(&coefficients.robot, core => {
+        Ok(Box::new(Adapting::new(&coefficients.of(core), ground, timing, mass_kg)?))
+    })
+}
+
+/// Either way to find the mass.
+#[derive(Debug, Clone, Copy)]
+enum AnyMethod {
+    Window(Window<f64>),
+    Roots(RootMean<f64>),
+}
+
+/// The sums of either; those of the other stay 0.
+#[derive(Debug, Clone, Copy, Default)]
+struct AnySums {
+    window: window::Sums<f64>,
+    roots: roots::Sums<f64>,
+}
+
+impl Bucket<f64> for AnySums {
+    fn merge(&mut self, other: &Self) {
+        self.window.merge(&other.window);
+        self.roots.merge(&other.roots);
+    }
+}
+
+impl Method<f64> for AnyMethod {
+    type Sums = AnySums;
+
+    fn add(&self, sums: &mut AnySums, power: f64, response: &Response<f64>, speed: f64, d: f64) {
+        match self {
+            Self::Window(method) => method.add(&mut sums.window, power, response, speed, d),
+            Self::Roots(method) => method.add(&mut sums.roots, power, response, speed, d),
+        }
+    }
+
+    fn weighs_by_mass(&self) -> bool {
+        match self {
+            Self::Window(method) => method.weighs_by_mass(),
+            Self::Roots(method) => method.weighs_by_mass(),
+        }
+    }
+
+    fn estimate_of<'a, P>(
+        &self,
+        total: &AnySums,
+        parts: impl IntoIterator<Item = P>,
+        excess: f64,
+    ) -> MassEstimate<f64>
+    where
+        P: IntoIterator<Item = &'a AnySums>,
+    {
+        let parts = parts.into_iter().map(IntoIterator::into_iter);
+        match self {
+            Self::Window(method) => {
+                method.estimate_of(&total.window, parts.map(|part| part.map(|sums| &sums.window)), excess)
+            }
+            Self::Roots(method) => {
+                method.estimate_of(&total.roots, parts.map(|part| part.map(|sums| &sums.roots)), excess)
+            }
+        }
+    }
+
+    fn surprise(&self, sums: &AnySums, mass: f64) -> Option<f64> {
+        match self {
+            Self::Window(method) => method.surprise(&sums.window, mass),
+            Self::Roots(method) => method.surprise(&sums.roots, mass),
+        }
+    }
+}
+
+/// The latest sample behind the filter, once that has settled.
+struct Latest<const N: usize> {
+    coefficients: Coefficients<f64, N>,
+    now: Option<Conditioned<f64, N>>,
+}
+
+impl<const N: usize> Latest<N> {
+    fn take(&mut self, estimate: &Estimate<f64, N>) -> Estimated {
+        let Estimate { conditioned, mass, power, closed, changed } = *estimate;
+        self.now = conditioned.filter(|now| now.settled);
+        Estimated { measured: self.now.as_ref().map(|now| now.power), mass, power, closed, changed }
+    }
+
+    fn power_at(&self, live: Option<&Live<f64, N>>, mass_kg: f64) -> Option<f64> {
+        let now = self.now.as_ref()?;
+        let Coefficients { robot, model, .. } = &self.coefficients;
+        let effects: &dyn Additions<f64, N> = live.map_or(&(), |live| live);
+        Some(effects.respond(model, now, &robot.range, mass_kg - robot.range.middle()).power)
+    }
+}
+
 /// As boards do it: with effects only where the coefficients hold any.
-struct Fitted<M: Method<f64>, const N: usize> {
-    estimator: Estimator<f64, M, N, BUCKETS>,
+struct Fitted<const N: usize> {
+    estimator: Estimator<f64, AnyMethod, N, BUCKETS>,
     live: Option<Live<f64, N>>,
     gyro: Option<Gyro<f64>>,
     /// rad/s
     turn_rate: f64,
+    latest: Latest<N>,
 }
 
-impl<M: Method<f64>, const N: usize> Fitted<M, N> {
-    /// # Errors
-    /// What these coefficients cannot have at this rate.
-    fn new(coefficients: &Coefficients<f64, N>, method: M, timing: &Timing) -> Result<Self, Unfit> {
+impl<const N: usize> Fitted<N> {
+    fn new(coefficients: &Coefficients<f64, N>, method: AnyMethod, timing: &Timing) -> Result<Self, Unfit> {
         let estimator = Estimator::new(coefficients, method, timing)?;
         let live = (!coefficients.columns.is_empty()).then(|| Live::new(coefficients, timing.period_s));
         let robot = &coefficients.robot;
         let delay = robot.conditioning.delay + coefficients.columns.delay();
         let gyro = Gyro::new(robot, delay, timing.period_s)?;
-        Ok(Self { estimator, live: live.transpose()?, gyro, turn_rate: f64::NAN })
+        let latest = Latest { coefficients: *coefficients, now: None };
+        Ok(Self { estimator, live: live.transpose()?, gyro, turn_rate: f64::NAN, latest })
     }
 }
 
-impl<M: Method<f64>, const N: usize> Pipeline<N> for Fitted<M, N> {
-    fn push(&mut self, sample: &Sample<f64, N>, outside: &Outside<f64, N>, elapsed: f64) -> Estimate<f64, N> {
-        let (mut nothing, mut turning);
+impl<const N: usize> Pipeline for Fitted<N> {
+    fn push(&mut self, sample: &RawSample, beside: &Beside, elapsed: f64) -> Estimated {
+        let sample = &sample.core();
+        let mut nothing = ();
         let effects: &mut dyn Additions<f64, N> = match &mut self.live {
             Some(live) => live,
-            None if self.gyro.is_none() => return self.estimator.push(sample, elapsed),
-            None => {
-                nothing = ();
-                &mut nothing
-            }
+            None if self.gyro.is_none() => return self.latest.take(&self.estimator.push(sample, elapsed)),
+            None => &mut nothing,
         };
         // Asked by reference, all of them share what is compiled.
+        let mut turning;
         let additions: &mut dyn Additions<f64, N> = match &mut self.gyro {
             Some(gyro) => {
                 turning = WithGyro::new(effects, gyro, self.turn_rate);
@@ -177,7 +294,9 @@ impl<M: Method<f64>, const N: usize> Pipeline<N> for Fitted<M, N> {
             }
             None => effects,
         };
-        self.estimator.push_with(additions, sample, outside, elapsed)
+        let temperature = std::array::from_fn(|wheel| beside.temperature[wheel]);
+        let outside = Outside { pitch: beside.pitch, temperature, driver: beside.driver };
+        self.latest.take(&self.estimator.push_with(additions, sample, &outside, elapsed))
     }
 
     fn turn(&mut self, rate: f64) {
@@ -203,28 +322,22 @@ impl<M: Method<f64>, const N: usize> Pipeline<N> for Fitted<M, N> {
         self.estimator.energy()
     }
 
-    fn live(&self) -> Option<&Live<f64, N>> {
-        self.live.as_ref()
-    }
-
-    fn ground(&self, _: f64) -> Option<GroundAt> {
-        None
+    fn power_at(&self, mass_kg: f64) -> Option<f64> {
+        self.latest.power_at(self.live.as_ref(), mass_kg)
     }
 }
 
 /// Rolling resistance and scrub adapt beside the mass.
-pub struct Adapting<const N: usize> {
+struct Adapting<const N: usize> {
     adaptive: Adaptive<f64, N>,
     /// Buckets since the payload was another.
     buckets: usize,
     is_told: bool,
+    latest: Latest<N>,
 }
 
 impl<const N: usize> Adapting<N> {
-    /// # Errors
-    /// Another model than the signed one, or effects; what these coefficients cannot have at this
-    /// rate.
-    pub fn new(
+    fn new(
         coefficients: &Coefficients<f64, N>,
         ground: &Ground<f64>,
         timing: &Timing,
@@ -233,15 +346,16 @@ impl<const N: usize> Adapting<N> {
         let adaptive = Adaptive::new(coefficients, ground, timing.period_s, timing.bucket_s)?;
         let is_told = mass_kg.is_some();
         let adaptive = mass_kg.map_or(adaptive, |mass| adaptive.with_mass(mass));
-        Ok(Self { adaptive, buckets: 0, is_told })
+        let latest = Latest { coefficients: *coefficients, now: None };
+        Ok(Self { adaptive, buckets: 0, is_told, latest })
     }
 }
 
-impl<const N: usize> Pipeline<N> for Adapting<N> {
-    fn push(&mut self, sample: &Sample<f64, N>, _: &Outside<f64, N>, elapsed: f64) -> Estimate<f64, N> {
-        let found = self.adaptive.push(sample, elapsed);
-        self.buckets += usize::from(found.closed);
-        found
+impl<const N: usize> Pipeline for Adapting<N> {
+    fn push(&mut self, sample: &RawSample, _: &Beside, elapsed: f64) -> Estimated {
+        let estimate = self.adaptive.push(&sample.core(), elapsed);
+        self.buckets += usize::from(estimate.closed);
+        self.latest.take(&estimate)
     }
 
     fn restart(&mut self) {
@@ -262,8 +376,8 @@ impl<const N: usize> Pipeline<N> for Adapting<N> {
         self.adaptive.energy()
     }
 
-    fn live(&self) -> Option<&Live<f64, N>> {
-        None
+    fn power_at(&self, mass_kg: f64) -> Option<f64> {
+        self.latest.power_at(None, mass_kg)
     }
 
     fn is_told(&self) -> bool {

@@ -2,12 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use logs::RawRow;
 use logs::robot::Robot;
+use logs::{RawRow, RawSample};
+use model::coefficients::FittedModel;
 use model::pipeline::reason_text;
 use model_core::charge::Charge;
-use model_core::coefficients::Coefficients;
-use model_core::estimator::Sample;
 use model_core::payload::MassEstimate;
 use model_core::plausibility::MOST_POWER;
 
@@ -19,14 +18,14 @@ use super::state::{Health, State};
 use super::wheels::{WheelMessage, Wheels};
 
 /// What `gmr node` knows.
-pub struct Node<'a, const N: usize> {
+pub struct Node<'a> {
     robot: &'a Robot,
-    coefficients: Option<&'a Coefficients<f64, N>>,
-    wheels: Wheels<N>,
+    coefficients: Option<&'a FittedModel>,
+    wheels: Wheels,
     clock: Clock,
     /// Who tells of the wheels, and when last, s.
     speaker: Option<([u8; 16], f64)>,
-    pipeline: Option<Pipeline<N>>,
+    pipeline: Option<Pipeline>,
     /// Why there is no pipeline, though the rate is known.
     unfit: Option<String>,
     /// Time since the sample before, s.
@@ -46,14 +45,10 @@ pub struct Node<'a, const N: usize> {
 /// As a share of the greatest power: more below nought is no noise, but another sign.
 const NOISE_SHARE: f64 = 0.05;
 
-impl<'a, const N: usize> Node<'a, N> {
+impl<'a> Node<'a> {
     /// Of a robot. Without coefficients there is no payload. The battery's charge is unknown unless
     /// it is given.
-    pub fn new(
-        robot: &'a Robot,
-        coefficients: Option<&'a Coefficients<f64, N>>,
-        charge: Option<Charge<f64>>,
-    ) -> Self {
+    pub fn new(robot: &'a Robot, coefficients: Option<&'a FittedModel>, charge: Option<Charge<f64>>) -> Self {
         Self {
             robot,
             coefficients,
@@ -150,7 +145,7 @@ impl<'a, const N: usize> Node<'a, N> {
         };
         self.follow_rate();
         let power = power - self.robot.static_power_w().unwrap_or(0.0);
-        self.sample(&Sample { wheel_speed: speeds, wheel_acceleration: None, power });
+        self.sample(&RawSample { wheel_speed: speeds, wheel_acceleration: None, power });
     }
 
     /// A row of a log, as `gmr estimate` takes it; samples of the log have to come every
@@ -179,12 +174,12 @@ impl<'a, const N: usize> Node<'a, N> {
             0.0
         };
         if is_taken {
-            self.sample(&row.sample.core());
+            self.sample(&row.sample);
         }
         Ok(())
     }
 
-    fn sample(&mut self, sample: &Sample<f64, N>) {
+    fn sample(&mut self, sample: &RawSample) {
         if let Some(pipeline) = &mut self.pipeline {
             pipeline.push(sample, std::mem::take(&mut self.owed_s));
             self.samples += 1;
@@ -231,7 +226,6 @@ impl<'a, const N: usize> Node<'a, N> {
         let are_speeds_fresh = speeds_age.is_some_and(|age| age <= self.gap_s());
         let estimate = self.pipeline.as_ref().and_then(Pipeline::latest);
         let now = estimate.filter(|_| are_speeds_fresh && reading.is_some());
-        let settled = now.and_then(|now| now.conditioned).filter(|conditioned| conditioned.settled);
         let (health, why) = self.health(now_s, reading.is_some(), speeds_age);
         let mass = now.and_then(|now| now.mass.known());
         let payload = |mass: f64| mass - self.robot.mass_no_load_kg();
@@ -245,7 +239,7 @@ impl<'a, const N: usize> Node<'a, N> {
             payload_low_kg: mass.map(|mass| payload(mass.low)),
             payload_high_kg: mass.map(|mass| payload(mass.high)),
             mass_kg: mass.map(|mass| mass.mass),
-            measured_w: settled.map(|conditioned| conditioned.power),
+            measured_w: now.and_then(|now| now.measured),
             predicted_w: now.and_then(|now| now.power),
             energy_j: self.pipeline.as_ref().map(Pipeline::energy_j),
             power_w: reading.map(|reading| reading.power_w),

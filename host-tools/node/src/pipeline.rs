@@ -1,10 +1,10 @@
 //! model-core's estimator, set up as `gmr estimate` and the board do: the same windows, the same
 //! answers.
 
-use model::pipeline::{Payloads, Pipeline as Estimating, bucket_length, fitted};
-use model_core::coefficients::Coefficients;
-use model_core::effects::live::Outside;
-use model_core::estimator::{Estimate, Sample, Timing, Unfit};
+use logs::RawSample;
+use model::coefficients::FittedModel;
+use model::pipeline::{Beside, Estimated, Payloads, Pipeline as Estimating, bucket_length, fitted};
+use model_core::estimator::{Timing, Unfit};
 use model_core::payload::schedule::Schedule;
 use support::error::{Error, Result};
 
@@ -12,20 +12,20 @@ use support::error::{Error, Result};
 const WINDOW_S: f64 = 25.0;
 
 /// Samples to estimates, at one rate.
-pub struct Pipeline<const N: usize> {
-    estimating: Box<dyn Estimating<N>>,
+pub struct Pipeline {
+    estimating: Box<dyn Estimating>,
     period_s: f64,
-    latest: Option<Estimate<f64, N>>,
+    latest: Option<Estimated>,
     changes: u64,
 }
 
-impl<const N: usize> Pipeline<N> {
+impl Pipeline {
     /// Of coefficients, for samples that come every `period_s`.
     ///
     /// # Errors
     /// Coefficients that cannot run at this rate, or whose effects need what no wheel and no power
     /// sensor measures.
-    pub fn new(coefficients: &Coefficients<f64, N>, period_s: f64) -> Result<Self> {
+    pub fn new(coefficients: &FittedModel, period_s: f64) -> Result<Self> {
         if !coefficients.columns.needs().nothing() {
             return Err(Error::failed(
                 "these coefficients have effects that need a slope, motor temperatures or another column; expected coefficients without \
@@ -41,8 +41,8 @@ impl<const N: usize> Pipeline<N> {
     }
 
     /// Takes a sample, so long after the one before, s.
-    pub fn push(&mut self, sample: &Sample<f64, N>, elapsed: f64) {
-        let estimate = self.estimating.push(sample, &Outside::UNKNOWN, elapsed);
+    pub fn push(&mut self, sample: &RawSample, elapsed: f64) {
+        let estimate = self.estimating.push(sample, &Beside::UNKNOWN, elapsed);
         self.changes += u64::from(estimate.changed.is_some());
         self.latest = Some(estimate);
     }
@@ -53,7 +53,7 @@ impl<const N: usize> Pipeline<N> {
     }
 
     /// What is known since the latest sample; none before the first.
-    pub fn latest(&self) -> Option<&Estimate<f64, N>> {
+    pub fn latest(&self) -> Option<&Estimated> {
         self.latest.as_ref()
     }
 

@@ -20,9 +20,9 @@ const NAP: Duration = Duration::from_millis(50);
 ///
 /// # Errors
 /// The log cannot be read, does not fit the coefficients, or nobody takes the states.
-pub fn rows<const N: usize>(
+pub fn rows(
     context: &Context,
-    node: &mut Node<'_, N>,
+    node: &mut Node<'_>,
     robot: &Robot,
     log: &Path,
     (speed, every_s): (Option<f64>, f64),

@@ -7,7 +7,6 @@ use std::time::{Duration, Instant};
 #[cfg(feature = "ros")]
 use logs::robot::PowerChip;
 use logs::robot::Robot;
-use logs::with_wheels;
 use model::coefficients::CoefficientsFile;
 use model_core::charge::Charge;
 use support::context::Context;
@@ -58,13 +57,8 @@ pub enum WheelsFrom {
 /// Coefficients, log, sensor or network cannot be had; what is asked for cannot be together; nobody
 /// takes the states.
 pub fn node(context: &Context, request: &Request<'_>, terminal: &mut dyn Outlet) -> Result<()> {
-    let robot = request.robot;
-    with_wheels!(robot, run(context, request, terminal))
-}
-
-fn run<const N: usize>(context: &Context, request: &Request<'_>, terminal: &mut dyn Outlet) -> Result<()> {
     let Request { robot, speed, every_s, charge, .. } = *request;
-    let file = request.coeffs.map(|file| CoefficientsFile::<N>::read(file, robot)).transpose()?;
+    let file = request.coeffs.map(|file| CoefficientsFile::read(file, robot)).transpose()?;
     let coefficients = file.as_ref().map(|file| &file.coefficients);
     let mut node = Node::new(robot, coefficients, charge);
     let Network { wheels, outlet, power } = network(request)?;
@@ -96,8 +90,8 @@ struct Pace {
 }
 
 /// Until it is interrupted, or the log ends.
-fn live<const N: usize>(
-    node: &mut Node<'_, N>,
+fn live(
+    node: &mut Node<'_>,
     power: &mut dyn PowerSource,
     mut wheels: Box<dyn WheelSource>,
     outlets: &mut Outlets<'_>,

@@ -110,9 +110,9 @@ fn robot(data: &[u8], _: &Path) {
 fn coefficients(data: &[u8], path: &Path) {
     std::fs::write(path, data).expect("the folder is there");
     let robot = Robot::named("burger").expect("it is built in");
-    if let Ok(read) = CoefficientsFile::<2>::read(path, &robot) {
+    if let Ok(read) = CoefficientsFile::read(path, &robot) {
         // As `flash` does.
-        let _ = read.coefficients.convert::<f32>().and_then(|single| single.encode());
+        let _ = read.coefficients.core::<2>().convert::<f32>().and_then(|single| single.encode());
     }
 }
 

@@ -188,9 +188,10 @@ fn train(folder: &TempDir) -> (String, String, Coefficients<f32, 2>) {
     let (empty, full) = (path(folder, "empty.csv"), path(folder, "full.csv"));
     gmr(&["fit", "--robot", &robot_file, "--out", &coefficients, &empty, &full]);
     let robot = Robot::load(&Context::default(), Path::new(&robot_file)).unwrap();
-    let fitted = CoefficientsFile::<2>::read(Path::new(&coefficients), &robot)
+    let fitted = CoefficientsFile::read(Path::new(&coefficients), &robot)
         .unwrap()
         .coefficients
+        .core::<2>()
         .convert()
         .unwrap();
     (robot_file, coefficients, fitted)
@@ -335,7 +336,7 @@ fn a_slope_that_nobody_told_is_named_flashed_and_gone() {
     assert!(report["gap_closed"].as_f64().unwrap() > 0.9, "{report:#}");
 
     let loaded = Robot::load(&Context::default(), Path::new(robot)).unwrap();
-    let read = CoefficientsFile::<2>::read(Path::new(extended), &loaded).unwrap().coefficients;
+    let read = CoefficientsFile::read(Path::new(extended), &loaded).unwrap().coefficients.core::<2>();
     upload(read.convert::<f32>().unwrap().encode().unwrap().as_bytes());
     let before = estimate(coefficients, &runs[1]);
     let again = record(&drive(SLOPES[1]), None, "again");

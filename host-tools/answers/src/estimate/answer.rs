@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use logs::robot::Robot;
-use logs::with_wheels;
 use model::coefficients::{CoefficientsFile, Taking};
 use serde::Serialize;
 use support::context::Context;
@@ -98,14 +97,9 @@ impl MassError {
 /// Log, coefficients or truth cannot be read or are not of this robot; the policy's lengths do not
 /// fit; a file cannot be written.
 pub fn estimate(context: &Context, request: &Request<'_>) -> Result<Answer> {
-    let robot = request.robot;
-    with_wheels!(robot, answer(context, request))
-}
-
-fn answer<const N: usize>(context: &Context, request: &Request<'_>) -> Result<Answer> {
     let Request { robot, recorded, coeffs, truth, .. } = *request;
     let taking = Taking { true_slip: true, not_usable: request.force.then_some(context) };
-    let coefficients = CoefficientsFile::<N>::read_taking(coeffs, robot, taking)?.coefficients;
+    let coefficients = CoefficientsFile::read_taking(coeffs, robot, taking)?.coefficients;
     let payloads = request.payloads.unwrap_or(Payloads::default_for(&coefficients.model));
     let mut track = Track::default();
     let mut board = BoardTrack::open(context, recorded.file, truth, robot.mape_floor_w())?;

@@ -9,14 +9,12 @@ mod told;
 use std::path::Path;
 
 use logs::robot::Robot;
-use logs::robot::chassis::Chassis;
-use logs::{Conditioner, Exclusions, Header, NO_GYRO, RawRow, SampleReader, YAW_RATE, compiled_here};
-use model::coefficients::GROUND_NEEDS;
-use model::pipeline::{Adapting, reason_text};
+use logs::{Conditioner, Exclusions, Header, NO_GYRO, RawRow, SampleReader, YAW_RATE};
+use model::coefficients::{FittedModel, GROUND_NEEDS};
+use model::pipeline::{Estimated, adapting, reason_text};
 pub use model::pipeline::{GroundAt, Payloads, Pipeline, bucket_length, fitted};
 use model_core::adapt::Ground;
-use model_core::coefficients::Coefficients;
-use model_core::estimator::{Estimate, Timing, Unfit};
+use model_core::estimator::{Timing, Unfit};
 use model_core::model::Model;
 use model_core::payload::schedule::Schedule;
 use model_core::payload::{MassEstimate, Place};
@@ -153,10 +151,10 @@ pub struct Recorded<'a> {
 ///
 /// # Errors
 /// The log cannot be read or is not one of this robot; the policy's lengths do not fit.
-pub fn replay<const N: usize>(
+pub fn replay(
     context: &Context,
     robot: &Robot,
-    coefficients: &Coefficients<f64, N>,
+    coefficients: &FittedModel,
     file: &Path,
     payloads: Payloads,
     policy: &Policy,
@@ -165,26 +163,14 @@ pub fn replay<const N: usize>(
     replay_at(context, robot, coefficients, &Recorded { file, mass_kg: None }, payloads, policy, watch)
 }
 
-compiled_here! {
-    /// As [`replay`], with power and energy at the mass that is given with the log beside.
-    ///
-    /// # Errors
-    /// As [`replay`].
-    pub fn replay_at<N>(
-        context: &Context,
-        robot: &Robot,
-        coefficients: &Coefficients<f64, N>,
-        recorded: &Recorded<'_>,
-        payloads: Payloads,
-        policy: &Policy,
-        watch: &mut dyn FnMut(&Instant),
-    ) -> Result<Replay> = replay_at_here;
-}
-
-fn replay_at_here<const N: usize>(
+/// As [`replay`], with power and energy at the mass that is given with the log beside.
+///
+/// # Errors
+/// As [`replay`].
+pub fn replay_at(
     context: &Context,
     robot: &Robot,
-    coefficients: &Coefficients<f64, N>,
+    coefficients: &FittedModel,
     recorded: &Recorded<'_>,
     payloads: Payloads,
     policy: &Policy,
@@ -202,10 +188,10 @@ fn replay_at_here<const N: usize>(
 ///
 /// # Errors
 /// As [`replay`]; coefficients of another model than the signed one, or with effects.
-pub fn replay_adapting<const N: usize>(
+pub fn replay_adapting(
     context: &Context,
     robot: &Robot,
-    coefficients: &Coefficients<f64, N>,
+    coefficients: &FittedModel,
     recorded: &Recorded<'_>,
     policy: &Policy,
     watch: &mut dyn FnMut(&Instant),
@@ -213,22 +199,22 @@ pub fn replay_adapting<const N: usize>(
     if !matches!(coefficients.model, Model::Signed { .. }) || !coefficients.columns.is_empty() {
         return Err(Error::failed(GROUND_NEEDS));
     }
-    if coefficients.robot.conditioning.true_slip != 0.0 {
+    if coefficients.robot.conditioning().true_slip != 0.0 {
         return Err(Error::failed(NO_TRUE_SLIP));
     }
     let log = Log::open(context, robot, coefficients, recorded)?;
     let timing = log.timing(policy)?;
     let ground = Ground { window: policy.window_s, ..Ground::usual() };
     let unfit = |why| Error::failed(unfit_text(why, coefficients)).in_file(recorded.file);
-    let pipeline = Adapting::new(coefficients, &ground, &timing, recorded.mass_kg).map_err(unfit)?;
-    Run::new(coefficients, log, Box::new(pipeline), policy, robot)?.finish(context, robot, watch)
+    let pipeline = adapting(coefficients, &ground, &timing, recorded.mass_kg).map_err(unfit)?;
+    Run::new(coefficients, log, pipeline, policy, robot)?.finish(context, robot, watch)
 }
 
 /// Why ground does not adapt beside a gyro.
 const NO_TRUE_SLIP: &str = "true slip beside ground that adapts, which has no gyro; expected coefficients without: gmr fit --no-gyro";
 
 /// Why this log cannot be replayed with these coefficients.
-fn unfit_text<const N: usize>(why: Unfit, coefficients: &Coefficients<f64, N>) -> String {
+fn unfit_text(why: Unfit, coefficients: &FittedModel) -> String {
     match why {
         Unfit::Cutoff(cutoff) => {
             format!("cutoff {} Hz; expected below {} Hz", cutoff.cutoff_hz, cutoff.below_hz)
@@ -237,36 +223,36 @@ fn unfit_text<const N: usize>(why: Unfit, coefficients: &Coefficients<f64, N>) -
         Unfit::Sides => "true slip of a robot that has no two sides".to_owned(),
         Unfit::Delay => format!(
             "delay of {} s; expected at most {} sample periods, as many as a board keeps",
-            coefficients.robot.conditioning.delay + coefficients.columns.delay(),
+            coefficients.robot.conditioning().delay + coefficients.columns.delay(),
             model_core::delay::FRAMES
         ),
     }
 }
 
 /// A log that is replayed.
-struct Log<'a, const N: usize> {
+struct Log<'a> {
     file: &'a Path,
     reader: SampleReader,
-    columns: Columns<N>,
+    columns: Columns,
     /// Given beside it, kg.
     mass_kg: Option<f64>,
 }
 
-impl<'a, const N: usize> Log<'a, N> {
+impl<'a> Log<'a> {
     fn open(
         context: &Context,
         robot: &Robot,
-        coefficients: &Coefficients<f64, N>,
+        coefficients: &FittedModel,
         recorded: &Recorded<'a>,
     ) -> Result<Self> {
         let Recorded { file, mass_kg } = *recorded;
         let columns = Columns::of(context, coefficients, file)?;
-        if coefficients.robot.conditioning.true_slip != 0.0 && !Header::open(context, file)?.has(YAW_RATE) {
+        if coefficients.robot.conditioning().true_slip != 0.0 && !Header::open(context, file)?.has(YAW_RATE) {
             return Err(Error::failed(NO_GYRO).in_file(file).in_column(YAW_RATE));
         }
         let reader = SampleReader::open_with(context, file, robot, &columns.names())?;
         // The conditioner's message names file and rate better than the estimator's error could.
-        Conditioner::of_log(&Chassis::new(&coefficients.robot), file, reader.period_s())?;
+        Conditioner::of_log(&coefficients.robot, file, reader.period_s())?;
         Ok(Self { file, reader, columns, mass_kg })
     }
 
@@ -293,20 +279,20 @@ impl<'a, const N: usize> Log<'a, N> {
     }
 }
 
-struct Run<'a, const N: usize> {
-    log: Log<'a, N>,
-    pipeline: Box<dyn Pipeline<N>>,
-    telling: Telling<N>,
+struct Run<'a> {
+    log: Log<'a>,
+    pipeline: Box<dyn Pipeline>,
+    telling: Telling,
     policy: &'a Policy,
     bucket_s: f64,
     window_buckets: usize,
 }
 
-impl<'a, const N: usize> Run<'a, N> {
+impl<'a> Run<'a> {
     fn new(
-        coefficients: &Coefficients<f64, N>,
-        log: Log<'a, N>,
-        pipeline: Box<dyn Pipeline<N>>,
+        coefficients: &FittedModel,
+        log: Log<'a>,
+        pipeline: Box<dyn Pipeline>,
         policy: &'a Policy,
         robot: &Robot,
     ) -> Result<Self> {
@@ -349,9 +335,9 @@ impl<'a, const N: usize> Run<'a, N> {
             // The first row of a run has no step before it.
             let step = if row.elapsed.is_finite() { row.elapsed } else { 0.0 };
             let elapsed = if row.elapsed.is_finite() || row.run == 0 { step } else { f64::MAX };
-            let outside = self.log.columns.outside(self.log.reader.extras());
+            let beside = self.log.columns.beside(self.log.reader.extras());
             self.pipeline.turn(row.yaw_rate);
-            let estimate = self.pipeline.push(&row.sample.core(), &outside, elapsed);
+            let estimate = self.pipeline.push(&row.sample, &beside, elapsed);
             clock += step;
             if is_another {
                 since = clock;
@@ -364,8 +350,7 @@ impl<'a, const N: usize> Run<'a, N> {
                     noticed_s: row.time,
                 });
             }
-            let adapted_w = estimate.power.filter(|_| self.pipeline.is_told());
-            let told_w = self.telling.add(self.pipeline.live(), adapted_w, &row, &estimate, step);
+            let told_w = self.telling.add(&*self.pipeline, &row, &estimate, step);
             if let Some(instant) = instant(&row, &estimate) {
                 let instant = Instant { told_w, ..instant };
                 settled += 1;
@@ -452,12 +437,12 @@ fn at_second(clock: f64, period_s: f64) -> bool {
     (clock - clock.round()).abs() <= period_s
 }
 
-fn instant<const N: usize>(row: &RawRow, estimate: &Estimate<f64, N>) -> Option<Instant> {
-    let now = estimate.conditioned.filter(|now| now.settled)?;
+fn instant(row: &RawRow, estimate: &Estimated) -> Option<Instant> {
+    let measured_w = estimate.measured?;
     let mass = estimate.mass.known();
     Some(Instant {
         time_s: row.time,
-        measured_w: now.power,
+        measured_w,
         told_w: None,
         predicted_w: estimate.power,
         mass_kg: mass.map(|mass| mass.mass),

@@ -3,47 +3,46 @@
 use std::path::Path;
 
 use logs::Header;
+use model::coefficients::FittedModel;
 use model::effects::written::id_of;
 use model::effects::{PITCH, PROCESSOR};
-use model_core::coefficients::Coefficients;
-use model_core::effects::live::Outside;
+use model::pipeline::Beside;
 use support::context::Context;
 use support::error::{Error, Result};
 
 /// Names of the columns, and what they are.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Columns<const N: usize> {
+pub(super) struct Columns {
     names: Vec<String>,
     pitch: bool,
-    temperatures: bool,
+    /// How many wheels have a temperature.
+    temperatures: usize,
     driver: bool,
 }
 
-impl<const N: usize> Columns<N> {
+impl Columns {
     /// Those that the effects of these coefficients need.
     ///
     /// # Errors
     /// The log lacks one.
-    pub(super) fn of(context: &Context, coefficients: &Coefficients<f64, N>, log: &Path) -> Result<Self> {
+    pub(super) fn of(context: &Context, coefficients: &FittedModel, log: &Path) -> Result<Self> {
         let needs = coefficients.columns.needs();
         let mut names = Vec::new();
         if needs.pitch {
             names.push(PITCH.to_owned());
         }
-        if needs.temperatures {
-            names.extend((1..=N).map(|wheel| format!("motor{wheel}_temp_c")));
-        }
+        let temperatures = if needs.temperatures { coefficients.robot.wheels() } else { 0 };
+        names.extend((1..=temperatures).map(|wheel| format!("motor{wheel}_temp_c")));
         if needs.driver {
             names.push(PROCESSOR.to_owned());
         }
-        let found =
-            Self { names, pitch: needs.pitch, temperatures: needs.temperatures, driver: needs.driver };
+        let columns = Self { names, pitch: needs.pitch, temperatures, driver: needs.driver };
         if needs.nothing() {
-            return Ok(found);
+            return Ok(columns);
         }
         let header = Header::open(context, log)?;
-        match found.names.iter().find(|name| !header.has(name)) {
-            None => Ok(found),
+        match columns.names.iter().find(|name| !header.has(name)) {
+            None => Ok(columns),
             Some(missing) => {
                 let ids: Vec<&str> = coefficients
                     .columns
@@ -67,12 +66,12 @@ impl<const N: usize> Columns<N> {
     }
 
     /// What they hold in one row, in the order of the names.
-    pub(super) fn outside(&self, values: &[f64]) -> Outside<f64, N> {
+    pub(super) fn beside(&self, values: &[f64]) -> Beside {
         let mut values = values.iter().copied();
         let mut next = |is_there: bool| if is_there { values.next().unwrap_or(f64::NAN) } else { f64::NAN };
-        Outside {
+        Beside {
             pitch: next(self.pitch),
-            temperature: std::array::from_fn(|_| next(self.temperatures)),
+            temperature: std::array::from_fn(|wheel| next(wheel < self.temperatures)),
             driver: next(self.driver),
         }
     }

@@ -1,9 +1,8 @@
 //! Power and energy at a payload that somebody knows: the log, or who asks.
 
 use logs::RawRow;
-use model_core::coefficients::Coefficients;
-use model_core::effects::live::{Additions, Live};
-use model_core::estimator::Estimate;
+use model::coefficients::FittedModel;
+use model::pipeline::{Estimated, Pipeline};
 use serde::Serialize;
 use support::metrics::{Metrics, Quality};
 
@@ -16,13 +15,14 @@ pub struct Told {
     #[serde(flatten)]
     pub quality: Quality,
     /// Actuation energy by the model, J: as the measured one counts
-    /// ([`Coefficients::energy_floor`]).
+    /// ([`FittedModel::energy_floor`]).
     pub predicted_j: f64,
 }
 
 /// Collects it sample by sample.
-pub(super) struct Telling<const N: usize> {
-    coefficients: Coefficients<f64, N>,
+pub(super) struct Telling {
+    /// The least power that counts, W.
+    floor_w: f64,
     given_kg: Option<f64>,
     /// Of the samples so far.
     mass_kg: Option<f64>,
@@ -31,11 +31,11 @@ pub(super) struct Telling<const N: usize> {
     joules: f64,
 }
 
-impl<const N: usize> Telling<N> {
+impl Telling {
     /// At a given mass, kg, or else at what each row tells.
-    pub(super) fn new(coefficients: &Coefficients<f64, N>, given_kg: Option<f64>, mape_floor_w: f64) -> Self {
+    pub(super) fn new(coefficients: &FittedModel, given_kg: Option<f64>, mape_floor_w: f64) -> Self {
         Self {
-            coefficients: *coefficients,
+            floor_w: coefficients.energy_floor(),
             given_kg,
             mass_kg: None,
             is_one: true,
@@ -48,25 +48,19 @@ impl<const N: usize> Telling<N> {
     /// where a mass is known. By a floor that adapted at that mass, where it does.
     pub(super) fn add(
         &mut self,
-        live: Option<&Live<f64, N>>,
-        adapted_w: Option<f64>,
+        pipeline: &dyn Pipeline,
         row: &RawRow,
-        estimate: &Estimate<f64, N>,
+        estimate: &Estimated,
         step: f64,
     ) -> Option<f64> {
         let mass = self.given_kg.or(row.mass)?;
-        let now = estimate.conditioned.filter(|now| now.settled)?;
-        let Coefficients { robot, model, .. } = &self.coefficients;
-        let beyond = mass - robot.range.middle();
-        let power = match (adapted_w, live) {
-            (Some(power), _) => power,
-            (None, Some(live)) => live.respond(model, &now, &robot.range, beyond).power,
-            (None, None) => ().respond(model, &now, &robot.range, beyond).power,
-        };
+        let measured = estimate.measured?;
+        let adapted = estimate.power.filter(|_| pipeline.is_told());
+        let power = adapted.or_else(|| pipeline.power_at(mass))?;
         self.is_one &= self.mass_kg.is_none_or(|known| known == mass);
         self.mass_kg = Some(mass);
-        self.pairs.add(now.power, power);
-        self.joules += self.coefficients.energy_floor().max(power) * step;
+        self.pairs.add(measured, power);
+        self.joules += self.floor_w.max(power) * step;
         Some(power)
     }
 

@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use logs::robot::Robot;
-use logs::with_wheels;
 use model::coefficients::{CoefficientsFile, Taking};
 use support::context::Context;
 use support::error::{Error, Result};
@@ -71,14 +70,9 @@ pub fn allowed(name: &str, value: f64, least: f64, most: f64) -> Result<f64> {
 /// Coefficients that cannot be read or used, or that the program has no words for; what VDA 5050
 /// needs and is not given.
 pub fn export(context: &Context, request: &Request<'_>) -> Result<Answer> {
-    let robot = request.robot;
-    with_wheels!(robot, answer(context, request))
-}
-
-fn answer<const N: usize>(context: &Context, request: &Request<'_>) -> Result<Answer> {
     let Request { target, robot, coeffs, force, mass_kg, speed_m_s, static_w, charge } = *request;
     let taking = Taking { not_usable: force.then_some(context), ..Taking::default() };
-    let coefficients = CoefficientsFile::<N>::read_taking(coeffs, robot, taking)?.coefficients;
+    let coefficients = CoefficientsFile::read_taking(coeffs, robot, taking)?.coefficients;
     let (text, json) = match target {
         Target::Rmf => {
             let export = rmf::export(robot, &coefficients, mass_kg, speed_m_s, static_w)?;

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use logs::robot::Robot;
-use model_core::coefficients::Coefficients;
+use model::coefficients::FittedModel;
 use model_core::model::Model;
 use serde::Serialize;
 use support::error::{Error, Result};
@@ -45,11 +45,7 @@ pub struct Export {
 ///
 /// # Errors
 /// Eq. 18 has no torques.
-pub fn export<const N: usize>(
-    robot: &Robot,
-    coefficients: &Coefficients<f64, N>,
-    mass_kg: f64,
-) -> Result<Export> {
+pub fn export(robot: &Robot, coefficients: &FittedModel, mass_kg: f64) -> Result<Export> {
     let Model::Signed { torque, .. } = &coefficients.model else {
         let message = "model eq18 has powers, no torques; expected coefficients of gmr fit --model signed";
         return Err(Error::failed(message));
@@ -78,7 +74,7 @@ pub fn export<const N: usize>(
         version: 1,
         robot: robot.name().to_owned(),
         mass_kg,
-        wheels: N,
+        wheels: coefficients.robot.wheels(),
         friction_nm: torque.coulomb + rolling * mass_kg,
         damping_nm_s_rad: torque.viscous,
         armature_kg_m2: torque.rotor_inertia,

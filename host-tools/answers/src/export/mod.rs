@@ -6,9 +6,11 @@ pub mod joints;
 pub mod rmf;
 pub mod vda5050;
 
-use logs::compiled_here;
 use logs::robot::Robot;
+use logs::with_core;
+use model::coefficients::FittedModel;
 use model_core::coefficients::Coefficients;
+use model_core::effects::live::{Additions as _, Live};
 use model_core::estimator::Conditioned;
 use model_core::model::Model;
 use model_core::motion::Motion;
@@ -35,46 +37,41 @@ pub fn cruise_m_s(robot: &Robot) -> f64 {
     robot.limits().speed_m_s.map_or(CRUISE_M_S, |most| CRUISE_SHARE * most)
 }
 
-compiled_here! {
-    /// What driving straight at an even speed takes, W.
-    ///
-    /// # Errors
-    /// The model gives no power there.
-    pub fn straight_w<N>(
-        robot: &Robot,
-        coefficients: &Coefficients<f64, N>,
-        mass_kg: f64,
-        speed_m_s: f64,
-    ) -> Result<f64> = straight_w_here;
+/// What driving straight at an even speed takes, W.
+///
+/// # Errors
+/// The model gives no power there.
+pub fn straight_w(robot: &Robot, coefficients: &FittedModel, mass_kg: f64, speed_m_s: f64) -> Result<f64> {
+    let wheels = robot.wheel_speeds_of_motion();
+    let speed = |wheel: usize| wheels[(wheel, 0)] * speed_m_s;
+    let watts = with_core!(&coefficients.robot, core => even_w(&coefficients.of(core), speed, mass_kg));
+    let none = || Error::failed(format!("the model gives no power at {speed_m_s} m/s and {mass_kg} kg"));
+    watts.ok_or_else(none)
 }
 
-fn straight_w_here<const N: usize>(
-    robot: &Robot,
+/// What turning the wheels at even speeds, rad/s, takes, W.
+fn even_w<const N: usize>(
     coefficients: &Coefficients<f64, N>,
+    speed: impl Fn(usize) -> f64,
     mass_kg: f64,
-    speed_m_s: f64,
-) -> Result<f64> {
-    let wheels = robot.wheel_speeds_of_motion();
-    let speeds: [f64; N] = std::array::from_fn(|wheel| wheels[(wheel, 0)] * speed_m_s);
+) -> Option<f64> {
+    let speeds = std::array::from_fn(speed);
     let core = &coefficients.robot;
     let motion = Motion::new(&speeds, &[0.0; N], &core.mass_matrix, core.dead_band);
-    let watts = match &coefficients.model {
+    match &coefficients.model {
         model if coefficients.columns.is_empty() => model.power(&motion, mass_kg),
         model => {
-            use model_core::effects::live::{Additions as _, Live};
             let now = Conditioned { motion, power: 0.0, settled: true };
             let live = Live::new(coefficients, 0.05).ok();
             let answer =
                 live.map(|live| live.respond(model, &now, &core.range, mass_kg - core.range.middle()));
             answer.map(|answer| answer.power).filter(|power| power.is_finite())
         }
-    };
-    let none = || Error::failed(format!("the model gives no power at {speed_m_s} m/s and {mass_kg} kg"));
-    watts.ok_or_else(none)
+    }
 }
 
 /// What every program loses: how drives turn torque into power.
-fn drives_lost<const N: usize>(coefficients: &Coefficients<f64, N>) -> Vec<Lost> {
+fn drives_lost(coefficients: &FittedModel) -> Vec<Lost> {
     let Model::Signed { torque, .. } = &coefficients.model else { return Vec::new() };
     let lost = |what, so: String| Lost { what, so };
     let mut all = vec![
@@ -87,11 +84,9 @@ fn drives_lost<const N: usize>(coefficients: &Coefficients<f64, N>) -> Vec<Lost>
             "drives that give no power back: braking is not free of charge, nor does it charge".to_owned(),
         ),
     ];
-    if coefficients.robot.conditioning.delay != 0.0 {
-        all.push(lost(
-            "power_delay_s",
-            format!("power {:.3} s behind the speeds", coefficients.robot.conditioning.delay),
-        ));
+    let delay = coefficients.robot.conditioning().delay;
+    if delay != 0.0 {
+        all.push(lost("power_delay_s", format!("power {delay:.3} s behind the speeds")));
     }
     if coefficients.robot.scrubs() {
         all.push(lost(

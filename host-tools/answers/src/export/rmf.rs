@@ -4,7 +4,7 @@
 use std::fmt::Write as _;
 
 use logs::robot::Robot;
-use model_core::coefficients::Coefficients;
+use model::coefficients::FittedModel;
 use serde::Serialize;
 use support::error::Result;
 
@@ -38,20 +38,11 @@ pub struct Export {
 ///
 /// # Errors
 /// The model gives no power there.
-pub fn vehicle<const N: usize>(
-    robot: &Robot,
-    coefficients: &Coefficients<f64, N>,
-    mass_kg: f64,
-) -> Result<Vehicle> {
+pub fn vehicle(robot: &Robot, coefficients: &FittedModel, mass_kg: f64) -> Result<Vehicle> {
     vehicle_at(robot, coefficients, mass_kg, cruise_m_s(robot))
 }
 
-fn vehicle_at<const N: usize>(
-    robot: &Robot,
-    coefficients: &Coefficients<f64, N>,
-    mass_kg: f64,
-    speed: f64,
-) -> Result<Vehicle> {
+fn vehicle_at(robot: &Robot, coefficients: &FittedModel, mass_kg: f64, speed: f64) -> Result<Vehicle> {
     let gyration = robot.gyration_radius_m();
     let vehicle = Vehicle {
         mass_kg,
@@ -65,9 +56,9 @@ fn vehicle_at<const N: usize>(
 ///
 /// # Errors
 /// The model gives no power there.
-pub fn export<const N: usize>(
+pub fn export(
     robot: &Robot,
-    coefficients: &Coefficients<f64, N>,
+    coefficients: &FittedModel,
     mass_kg: f64,
     speed: f64,
     ambient_power_w: Option<f64>,

@@ -1,8 +1,8 @@
 //! Battery and load as a VDA 5050 state (version 2.1) has them.
 
 use logs::robot::Robot;
+use model::coefficients::FittedModel;
 use model_core::charge::{Pack, USUAL_RESISTANCE_OHM};
-use model_core::coefficients::Coefficients;
 use serde::Serialize;
 use support::error::Result;
 
@@ -54,12 +54,7 @@ struct LoadState {
 ///
 /// # Errors
 /// The model gives no power there.
-pub fn state<const N: usize>(
-    robot: &Robot,
-    coefficients: &Coefficients<f64, N>,
-    pack: &Pack<f64>,
-    now: &Now,
-) -> Result<State> {
+pub fn state(robot: &Robot, coefficients: &FittedModel, pack: &Pack<f64>, now: &Now) -> Result<State> {
     let watts = straight_w(robot, coefficients, now.mass_kg, now.speed_m_s)?.max(0.0) + now.static_w;
     let current = watts / (pack.cells * pack.curve.voltage(0.5));
     let seconds = pack.energy(now.charge, 0.0, USUAL_RESISTANCE_OHM * current) / watts.max(1e-9);

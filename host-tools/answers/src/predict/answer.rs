@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use logs::robot::Robot;
-use logs::with_wheels;
 use model::coefficients::CoefficientsFile;
 use support::context::Context;
 use support::error::{Error, Result};
@@ -36,11 +35,6 @@ pub struct Request<'a> {
 /// Coefficients or plan cannot be read, or the plan lasts too long; a filter that its samples
 /// cannot have; a battery that is not described.
 pub fn predict(context: &Context, request: &Request<'_>) -> Result<Report> {
-    let robot = request.robot;
-    with_wheels!(robot, answer(context, request))
-}
-
-fn answer<const N: usize>(context: &Context, request: &Request<'_>) -> Result<Report> {
     let Request { robot, coeffs, plan: plan_file, load, question } = *request;
     let pack = robot.battery();
     if question.is_some() && pack.is_none() {
@@ -50,7 +44,7 @@ fn answer<const N: usize>(context: &Context, request: &Request<'_>) -> Result<Re
         );
         return Err(Error::usage(message));
     }
-    let file = CoefficientsFile::<N>::read(coeffs, robot)?;
+    let file = CoefficientsFile::read(coeffs, robot)?;
     let plan = Plan::read(context, plan_file)?;
     let vehicle = rmf::vehicle(robot, &file.coefficients, load.mass_kg)?;
     let report = energy::predict(context, robot, &file, &plan, &load, &vehicle);

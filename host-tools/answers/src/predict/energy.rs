@@ -1,11 +1,13 @@
 //! Energy of a plan and its uncertainty.
 
 use logs::robot::Robot;
-use model::coefficients::CoefficientsFile;
+use logs::with_core;
+use model::coefficients::{CoefficientsFile, FittedModel};
 use model_core::coefficients::Coefficients;
 use model_core::effects::live::{Additions as _, Live, Outside};
 use model_core::effects::{Cause, GRAVITY, Term};
 use model_core::estimator::{Conditioned, Conditioner, Sample};
+use model_core::kinematics::Twist;
 use model_core::model::Model;
 use model_core::motion::Motion;
 use model_core::torque::TorqueModel;
@@ -25,9 +27,8 @@ use super::rmf::Vehicle;
 const SHARE: f64 = 0.25;
 
 /// The model with one number moved, and what it says of the legs.
-struct Variant<const N: usize> {
+struct Variant {
     model: Model<f64>,
-    live: Option<Live<f64, N>>,
     mass_kg: f64,
     /// J, a leg each.
     joules: Vec<f64>,
@@ -51,16 +52,16 @@ struct Tally {
 ///
 /// # Errors
 /// The plan cannot be read, or lasts too long; a filter that its samples cannot have.
-pub(super) fn predict<const N: usize>(
+pub(super) fn predict(
     context: &Context,
     robot: &Robot,
-    file: &CoefficientsFile<N>,
+    file: &CoefficientsFile,
     plan: &Plan,
     load: &Load,
     rmf: &Vehicle,
 ) -> Result<Report> {
     let mut sums = Sums::new(file, load, rmf);
-    let cutoff_hz = file.coefficients.robot.cutoff_hz;
+    let cutoff_hz = file.coefficients.robot.cutoff_hz();
     let names = frames(context, plan, robot, cutoff_hz, &mut sums)?;
     if let Some(sparse) = plan.every_second() {
         let mut of_sparse = Sums { moved: Vec::new(), ..Sums::new(file, load, rmf) };
@@ -71,8 +72,8 @@ pub(super) fn predict<const N: usize>(
     sums.report(robot, &names, limits)
 }
 
-struct Sums<'a, const N: usize> {
-    coefficients: &'a Coefficients<f64, N>,
+struct Sums<'a> {
+    coefficients: &'a FittedModel,
     covariance: DMatrix<f64>,
     load: &'a Load,
     rmf: &'a Vehicle,
@@ -85,12 +86,14 @@ struct Sums<'a, const N: usize> {
     sparse_j: Vec<f64>,
     /// How far each parameter was moved to either side.
     moved: Vec<f64>,
+    /// The model as it is, then each parameter less and more, then the mass less and more.
+    variants: Vec<Variant>,
     /// The filter and the models, from the start on.
-    running: Option<(Conditioner<f64, N>, Vec<Variant<N>>)>,
+    running: Option<Box<dyn Running>>,
 }
 
-impl<'a, const N: usize> Sums<'a, N> {
-    fn new(file: &'a CoefficientsFile<N>, load: &'a Load, rmf: &'a Vehicle) -> Self {
+impl<'a> Sums<'a> {
+    fn new(file: &'a CoefficientsFile, load: &'a Load, rmf: &'a Vehicle) -> Self {
         let size = file.covariance.nrows();
         // With effects the parameters' block of what is known of both.
         let covariance = match &file.joint_covariance {
@@ -111,64 +114,47 @@ impl<'a, const N: usize> Sums<'a, N> {
             energy_std_w: file.origin.energy_std_w,
             legs: Vec::new(),
             sparse_j: Vec::new(),
+            variants: Vec::new(),
             running: None,
         }
     }
 
     /// What the legs cost by the model as it is, J.
     fn legs_j(self) -> Vec<f64> {
-        let variants = self.running.map(|(_, variants)| variants);
-        variants.and_then(|variants| variants.into_iter().next()).map_or_else(Vec::new, |now| now.joules)
+        self.variants.into_iter().next().map_or_else(Vec::new, |now| now.joules)
     }
 
     /// The model as it is, then each parameter less and more, then the mass less and more.
-    fn variants(&self, period_s: f64) -> Option<Vec<Variant<N>>> {
-        let variant = |model: Model<f64>, mass_kg: f64| {
-            let coefficients = Coefficients { model, ..*self.coefficients };
-            let live = (!coefficients.columns.is_empty()).then(|| Live::new(&coefficients, period_s));
-            Some(Variant { model, live: live.transpose().ok()?, mass_kg, joules: Vec::new() })
-        };
+    fn variants(&self) -> Vec<Variant> {
+        let variant = |model: Model<f64>, mass_kg: f64| Variant { model, mass_kg, joules: Vec::new() };
         let (model, mass) = (self.coefficients.model, self.load.mass_kg);
-        let mut variants = vec![variant(model, mass)?];
+        let mut variants = vec![variant(model, mass)];
         for (parameter, step) in self.moved.iter().enumerate() {
-            variants.push(variant(with(&model, parameter, -step), mass)?);
-            variants.push(variant(with(&model, parameter, *step), mass)?);
+            variants.push(variant(with(&model, parameter, -step), mass));
+            variants.push(variant(with(&model, parameter, *step), mass));
         }
         let step = SHARE * self.load.mass_std_kg;
-        variants.push(variant(model, mass - step)?);
-        variants.push(variant(model, mass + step)?);
-        Some(variants)
+        variants.push(variant(model, mass - step));
+        variants.push(variant(model, mass + step));
+        variants
     }
 
-    fn add(&mut self, conditioner: &mut Conditioner<f64, N>, variants: &mut [Variant<N>], frame: &Frame) {
-        let Coefficients { robot, noise, .. } = self.coefficients;
-        let sample = Sample { wheel_speed: frame.wheel_speed.array(), wheel_acceleration: None, power: 0.0 };
+    fn add(&mut self, frame: &Frame, driven: &Driven) {
+        let Driven { twist, rates, is_moving, watts } = driven;
         let step = if frame.elapsed.is_finite() { frame.elapsed } else { 0.0 };
-        let planned = frame.wheel_acceleration.map(|acceleration| {
-            let motion = conditioner.planned(&sample.wheel_speed, &acceleration.array(), frame.elapsed);
-            Conditioned { motion, power: 0.0, settled: true }
-        });
-        let Some(mut now) = planned.or_else(|| conditioner.push(&sample, frame.elapsed)) else { return };
-        let twist = robot.kinematics.twist(&now.motion.wheels.map(|wheel| wheel.speed));
-        if !self.slope_is_an_effect {
-            climb(&mut now.motion, robot.kinematics.rows()[0], frame.slope_rad);
-        }
         if self.legs.len() <= frame.leg {
             self.legs.resize(frame.leg + 1, Tally::default());
         }
-        let outside = Outside { pitch: frame.slope_rad, ..Outside::UNKNOWN };
         let floor = self.coefficients.energy_floor();
-        for variant in variants.iter_mut() {
-            let watts = variant.power(self.coefficients, &now, &sample, &outside, frame.elapsed);
+        for (variant, watts) in self.variants.iter_mut().zip(watts) {
             variant.joules.resize(self.legs.len(), 0.0);
-            variant.joules[frame.leg] += floor.max(watts) * step;
+            variant.joules[frame.leg] += floor.max(*watts) * step;
         }
-        let rates = robot.kinematics.twist(&now.motion.wheels.map(|wheel| wheel.acceleration));
         let tally = &mut self.legs[frame.leg];
         tally.time_s += step;
         tally.way_m += twist.vx.hypot(twist.vy) * step;
-        tally.noise_j2 += noise.density * step;
-        if now.motion.is_moving() {
+        tally.noise_j2 += self.coefficients.noise.density * step;
+        if *is_moving {
             tally.moving_s += step;
         }
         let speed = twist.vx.hypot(twist.vy);
@@ -180,14 +166,14 @@ impl<'a, const N: usize> Sums<'a, N> {
     }
 
     fn report(&self, robot: &Robot, names: &[String], limits: Vec<super::report::Limit>) -> Result<Report> {
-        let Some((_, variants)) = self.running.as_ref().filter(|_| !self.legs.is_empty()) else {
+        if self.legs.is_empty() {
             return Err(Error::failed("holds no motion; expected a plan"));
-        };
-        let load = self.load;
+        }
+        let (load, variants) = (self.load, &self.variants);
         let all: Vec<usize> = (0..self.legs.len()).collect();
         let static_w = load.static_w.unwrap_or(0.0);
         let cost = |legs: &[usize]| -> Cost {
-            let sum = |variant: &Variant<N>| -> f64 { legs.iter().map(|leg| variant.joules[*leg]).sum() };
+            let sum = |variant: &Variant| -> f64 { legs.iter().map(|leg| variant.joules[*leg]).sum() };
             let tally = |of: fn(&Tally) -> f64| -> f64 { legs.iter().map(|leg| of(&self.legs[*leg])).sum() };
             let slopes = self.moved.iter().enumerate().map(|(place, step)| {
                 let [less, more] = [1, 2].map(|side| sum(&variants[2 * place + side]));
@@ -233,48 +219,106 @@ impl<'a, const N: usize> Sums<'a, N> {
     }
 }
 
-impl<const N: usize> Follow for Sums<'_, N> {
+impl Follow for Sums<'_> {
     fn start(&mut self, period_s: f64) -> Result<()> {
-        let robot = &self.coefficients.robot;
-        let conditioner = Conditioner::new(robot, period_s).ok();
-        self.running = conditioner.zip(self.variants(period_s));
+        let FittedModel { robot, .. } = self.coefficients;
+        self.variants = self.variants();
+        self.running = with_core!(robot, core => {
+            let coefficients = self.coefficients.of(core);
+            Models::new(coefficients, &self.variants, period_s, !self.slope_is_an_effect)
+                .map(|models| Box::new(models) as Box<dyn Running>)
+        });
         if self.running.is_some() {
             return Ok(());
         }
         let message = format!(
             "samples {period_s} s apart do not fit the coefficients: a filter of {} Hz, a delay of {} s",
-            robot.cutoff_hz, robot.conditioning.delay
+            robot.cutoff_hz(),
+            robot.conditioning().delay
         );
         Err(Error::failed(message))
     }
 
     fn frame(&mut self, frame: &Frame) {
-        let Some((mut conditioner, mut variants)) = self.running.take() else { return };
-        self.add(&mut conditioner, &mut variants, frame);
-        self.running = Some((conditioner, variants));
+        if let Some(driven) = self.running.as_mut().and_then(|running| running.drive(frame)) {
+            self.add(frame, &driven);
+        }
     }
 }
 
-impl<const N: usize> Variant<N> {
-    fn power(
-        &mut self,
-        coefficients: &Coefficients<f64, N>,
-        now: &Conditioned<f64, N>,
-        sample: &Sample<f64, N>,
-        outside: &Outside<f64, N>,
-        elapsed: f64,
-    ) -> f64 {
-        let range = &coefficients.robot.range;
-        let beyond = self.mass_kg - range.middle();
-        let watts = match &mut self.live {
-            None => return self.model.power(&now.motion, self.mass_kg).unwrap_or(0.0),
-            Some(live) => {
-                live.correct(sample, outside, elapsed);
-                live.follow(&now.motion, range, beyond);
-                live.respond(&self.model, now, range, beyond).power
-            }
+/// What the robot does in a frame.
+struct Driven {
+    twist: Twist<f64>,
+    /// Of the twist, per second.
+    rates: Twist<f64>,
+    is_moving: bool,
+    /// By each variant, W.
+    watts: Vec<f64>,
+}
+
+/// Filter and models of a robot, whatever its number of wheels.
+trait Running {
+    /// `None` where the filter tells nothing yet.
+    fn drive(&mut self, frame: &Frame) -> Option<Driven>;
+}
+
+struct Models<const N: usize> {
+    coefficients: Coefficients<f64, N>,
+    conditioner: Conditioner<f64, N>,
+    /// Model, its effects, and the mass, kg.
+    variants: Vec<(Model<f64>, Option<Live<f64, N>>, f64)>,
+    /// Whether slopes are added to the motion.
+    climbs: bool,
+}
+
+impl<const N: usize> Models<N> {
+    fn new(
+        coefficients: Coefficients<f64, N>,
+        variants: &[Variant],
+        period_s: f64,
+        climbs: bool,
+    ) -> Option<Self> {
+        let variant = |&Variant { model, mass_kg, .. }: &Variant| {
+            let coefficients = Coefficients { model, ..coefficients };
+            let live = (!coefficients.columns.is_empty()).then(|| Live::new(&coefficients, period_s));
+            Some((model, live.transpose().ok()?, mass_kg))
         };
-        if watts.is_finite() { watts } else { 0.0 }
+        let conditioner = Conditioner::new(&coefficients.robot, period_s).ok()?;
+        let variants = variants.iter().map(variant).collect::<Option<_>>()?;
+        Some(Self { coefficients, conditioner, variants, climbs })
+    }
+}
+
+impl<const N: usize> Running for Models<N> {
+    fn drive(&mut self, frame: &Frame) -> Option<Driven> {
+        let robot = &self.coefficients.robot;
+        let sample = Sample { wheel_speed: frame.wheel_speed.array(), wheel_acceleration: None, power: 0.0 };
+        let mut now = match frame.wheel_acceleration {
+            Some(acceleration) => {
+                let (speed, acceleration) = (&sample.wheel_speed, &acceleration.array());
+                let motion = self.conditioner.planned(speed, acceleration, frame.elapsed);
+                Conditioned { motion, power: 0.0, settled: true }
+            }
+            None => self.conditioner.push(&sample, frame.elapsed)?,
+        };
+        if self.climbs {
+            climb(&mut now.motion, robot.kinematics.rows()[0], frame.slope_rad);
+        }
+        let outside = Outside { pitch: frame.slope_rad, ..Outside::UNKNOWN };
+        let watts = self.variants.iter_mut().map(|(model, live, mass_kg)| {
+            let Some(live) = live else { return model.power(&now.motion, *mass_kg).unwrap_or(0.0) };
+            let beyond = *mass_kg - robot.range.middle();
+            live.correct(&sample, &outside, frame.elapsed);
+            live.follow(&now.motion, &robot.range, beyond);
+            let watts = live.respond(model, &now, &robot.range, beyond).power;
+            if watts.is_finite() { watts } else { 0.0 }
+        });
+        Some(Driven {
+            watts: watts.collect(),
+            twist: robot.kinematics.twist(&now.motion.wheels.map(|wheel| wheel.speed)),
+            rates: robot.kinematics.twist(&now.motion.wheels.map(|wheel| wheel.acceleration)),
+            is_moving: now.motion.is_moving(),
+        })
     }
 }
 

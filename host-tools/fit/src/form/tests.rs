@@ -1,8 +1,8 @@
 //! Terms on logs made from known models: taken where they are there, left where they are not.
 
-use logs::{RawRow, RawSample};
 use logs::robot::Robot;
 use logs::robot::chassis::Chassis;
+use logs::{RawRow, RawSample};
 use model_core::coefficients::Robot as CoreRobot;
 use model_core::conditioning::Conditioning;
 use model_core::motion::Motion;

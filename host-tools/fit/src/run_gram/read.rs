@@ -7,7 +7,7 @@ use std::time::Instant;
 use crc::{CRC_32_ISO_HDLC, Crc};
 use logs::robot::Robot;
 use logs::robot::chassis::Chassis;
-use logs::{Conditioner, Header, MIN_GAP_FACTOR, RawRow, SampleReader, with_wheels};
+use logs::{Conditioner, Header, MIN_GAP_FACTOR, RawRow, SampleReader};
 use model::coefficients::{CoefficientsFile, Taking};
 use model_core::eq18::{self, Gate};
 use model_core::model::Model;
@@ -44,7 +44,7 @@ impl Conditioned {
     /// effects.
     pub(super) fn near(robot: &Robot, file: &Path, mass_kg: f64) -> Result<Self> {
         let text = read_text(file, MOST_DESCRIPTION)?;
-        let (core, reference) = with_wheels!(robot, signed(robot, file, &text))?;
+        let (core, reference) = signed(robot, file, &text)?;
         let drive = reference.drive;
         Ok(Self { core, drive, reference: Some((reference, checksum_of(&text))), mass_kg })
     }
@@ -64,8 +64,8 @@ impl Conditioned {
 }
 
 /// The signed model of a file without effects, and its robot.
-fn signed<const N: usize>(robot: &Robot, file: &Path, text: &str) -> Result<(Chassis, Reference)> {
-    let read = CoefficientsFile::<N>::parse(text, file, robot, Taking::default())?.coefficients;
+fn signed(robot: &Robot, file: &Path, text: &str) -> Result<(Chassis, Reference)> {
+    let read = CoefficientsFile::parse(text, file, robot, Taking::default())?.coefficients;
     let Model::Signed { torque, drive } = read.model else {
         return Err(Error::failed("model eq18; expected signed").in_file(file).in_column("model"));
     };
@@ -73,7 +73,7 @@ fn signed<const N: usize>(robot: &Robot, file: &Path, text: &str) -> Result<(Cha
         let message = "they hold effects; expected the coefficients as gmr fit wrote them";
         return Err(Error::failed(message).in_file(file).in_column("effects"));
     }
-    Ok((Chassis::new(&read.robot), Reference { torque, drive }))
+    Ok((read.robot, Reference { torque, drive }))
 }
 
 /// By what sums know the coefficients that they were taken near.

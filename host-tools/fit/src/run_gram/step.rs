@@ -37,9 +37,9 @@ pub struct Moved {
 
 /// What came of a step.
 #[derive(Debug, Clone)]
-pub struct Step<const N: usize> {
+pub struct Step {
     /// The coefficients that it leads to; all else is as in those that it began at.
-    pub file: CoefficientsFile<N>,
+    pub file: CoefficientsFile,
     /// The step itself.
     pub told: Told,
 }
@@ -65,16 +65,15 @@ pub struct Told {
 ///
 /// # Errors
 /// Sums of other settings, or taken near other coefficients; coefficients of another model.
-pub fn step<const N: usize>(robot: &Robot, file: &Path, runs: &[RunGram]) -> Result<Step<N>> {
+pub fn step(robot: &Robot, file: &Path, runs: &[RunGram]) -> Result<Step> {
     let all = total(runs)?;
     let text = read_text(file, MOST_DESCRIPTION)?;
-    let mut next = CoefficientsFile::<N>::parse(&text, file, robot, Taking::default())?;
+    let mut next = CoefficientsFile::parse(&text, file, robot, Taking::default())?;
     let Model::Signed { torque: reference, drive } = next.coefficients.model else {
         return Err(Error::failed("model eq18; expected signed").in_file(file).in_column("model"));
     };
-    let core = Chassis::new(&next.coefficients.robot);
     let near = (file, &*checksum_of(&text));
-    let (torque, covariance, told) = found(robot, &core, &reference, near, &all, runs)?;
+    let (torque, covariance, told) = found(robot, &next.coefficients.robot, &reference, near, &all, runs)?;
     next.coefficients.model = Model::Signed { torque, drive };
     next.covariance = covariance;
     next.origin.rows = all.summary.rows;

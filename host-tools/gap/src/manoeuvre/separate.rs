@@ -7,10 +7,10 @@
 
 use std::mem::discriminant;
 
-use logs::robot::chassis::PerWheel;
-use logs::{RawSample, Shared};
 use logs::motions::Motions;
+use logs::robot::chassis::PerWheel;
 use logs::runs::{RawRun, Row, Run, Runs};
+use logs::{RawSample, Shared};
 use model::effects::Regressor;
 use model_core::conditioning::Conditioning;
 use model_core::effects::Term;

@@ -125,12 +125,7 @@ impl Follower {
     }
 
     /// Residual at the lag that suits best, which the follower takes over.
-    fn try_on(
-        &mut self,
-        robot: &Chassis,
-        runs: &[RawRun],
-        behind: &Behind,
-    ) -> Result<Fit> {
+    fn try_on(&mut self, robot: &Chassis, runs: &[RawRun], behind: &Behind) -> Result<Fit> {
         let followed = self.follow_all(robot, runs)?;
         let period = runs.first().map_or(0.0, |run| run.period_s);
         let at = |lag: f64| -> Result<Fit> {
@@ -157,20 +152,11 @@ impl Follower {
         Ok(best.1)
     }
 
-    fn follow_all(
-        &self,
-        robot: &Chassis,
-        runs: &[RawRun],
-    ) -> Result<Vec<Followed>> {
+    fn follow_all(&self, robot: &Chassis, runs: &[RawRun]) -> Result<Vec<Followed>> {
         in_parallel(runs, |_, run| self.follow(robot, run, &[]))
     }
 
-    fn power(
-        &self,
-        robot: &Chassis,
-        runs: &[RawRun],
-        lag: f64,
-    ) -> Result<Vec<Vec<f64>>> {
+    fn power(&self, robot: &Chassis, runs: &[RawRun], lag: f64) -> Result<Vec<Vec<f64>>> {
         let followed = self.follow_all(robot, runs)?;
         Ok(runs.iter().zip(&followed).map(|(run, followed)| followed.power(run, lag)).collect())
     }

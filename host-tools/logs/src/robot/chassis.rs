@@ -76,6 +76,11 @@ impl Chassis {
         other
     }
 
+    /// Its name.
+    pub fn name(&self) -> &str {
+        with_core!(self, core => core.name.as_str())
+    }
+
     /// How many wheels it has.
     pub fn wheels(&self) -> usize {
         with_core!(self, core => core.kinematics.rows()[0].len())
@@ -107,6 +112,16 @@ impl Chassis {
     /// Whether turns drag its wheels.
     pub fn scrubs(&self) -> bool {
         with_core!(self, core => core.scrubs())
+    }
+
+    /// Whether its steering drags the wheels, whatever a fit says of scrub.
+    pub fn skids(&self) -> bool {
+        with_core!(self, core => core.kinematics.scrubs())
+    }
+
+    /// k, m.
+    pub fn gyration_radius(&self) -> f64 {
+        with_core!(self, core => core.gyration_radius)
     }
 
     /// Speeds below it are none, rad/s.

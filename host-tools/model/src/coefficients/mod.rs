@@ -5,6 +5,7 @@ mod covariance;
 mod document;
 mod error;
 mod fingerprint;
+mod fitted_model;
 mod kind;
 mod logs;
 mod parameters;
@@ -14,8 +15,7 @@ mod usability;
 use std::path::{Path, PathBuf};
 
 use ::logs::robot::Robot;
-use ::logs::{compiled_here, with_wheels};
-use model_core::coefficients::Coefficients;
+use ::logs::robot::chassis::Chassis;
 use model_core::conditioning::Conditioning;
 use model_core::effects::Columns;
 use model_core::model::Model;
@@ -28,6 +28,7 @@ use support::input::{MOST_DESCRIPTION, read_text};
 use support::output::write_content;
 
 pub use self::error::{Difference, InvalidCoefficients, InvalidCovariance};
+pub use self::fitted_model::FittedModel;
 pub use self::kind::{Method, ModelKind};
 pub use self::logs::FittedLog;
 pub use self::parameters::{BRIDGE_DROP, EQ18, GEAR_LOSS, IMBALANCE, Quantity, TORQUE};
@@ -48,46 +49,14 @@ pub const GROUND_NEEDS: &str =
 /// # Errors
 /// As [`CoefficientsFile::read_with_gyro`].
 pub fn check(file: &Path, robot: &Robot) -> Result<()> {
-    fn read<const N: usize>(file: &Path, robot: &Robot) -> Result<()> {
-        CoefficientsFile::<N>::read_with_gyro(file, robot).map(drop)
-    }
-    with_wheels!(robot, read(file, robot))
-}
-
-compiled_here! {
-    /// Whether a robot can be so ([`Coefficients::is_plausible`]).
-    pub fn is_plausible<N>(coefficients: &Coefficients<f64, N>) -> bool = is_plausible_here;
-}
-
-fn is_plausible_here<const N: usize>(coefficients: &Coefficients<f64, N>) -> bool {
-    coefficients.is_plausible()
-}
-
-compiled_here! {
-    fn parse<N>(text: &str, file: &Path, robot: &Robot, taking: Taking<'_>) -> Result<CoefficientsFile<N>> = parse_here;
-}
-
-fn text(document: std::result::Result<Document, InvalidCovariance>, file: &Path) -> Result<String> {
-    let document = document.map_err(|wrong| {
-        Error::of(InvalidCoefficients::Covariance(wrong)).in_file(file).in_column("covariance")
-    })?;
-    toml::to_string(&document).map_err(|error| Error::failed(error.to_string()).in_file(file))
-}
-
-fn parse_here<const N: usize>(
-    text: &str,
-    file: &Path,
-    robot: &Robot,
-    taking: Taking<'_>,
-) -> Result<CoefficientsFile<N>> {
-    CoefficientsFile::parse_here(text, file, robot, taking)
+    CoefficientsFile::read_with_gyro(file, robot).map(drop)
 }
 
 /// Coefficients with where they come from.
 #[derive(Debug, Clone)]
-pub struct CoefficientsFile<const N: usize> {
+pub struct CoefficientsFile {
     /// What estimator and board run; the robot as its own file says it now.
-    pub coefficients: Coefficients<f64, N>,
+    pub coefficients: FittedModel,
     /// Which model.
     pub kind: ModelKind,
     /// How it was fitted.
@@ -98,7 +67,7 @@ pub struct CoefficientsFile<const N: usize> {
     /// Of the parameters, then the coefficients of the effects' columns; `None` without effects,
     /// and of files that do not tell.
     pub joint_covariance: Option<DMatrix<f64>>,
-    /// What was added to the fitted model; [`Coefficients::columns`] is what estimators make of it.
+    /// What was added to the fitted model; [`FittedModel::columns`] is what estimators make of it.
     pub effects: Vec<Written>,
     /// What it was fitted to.
     pub origin: Origin,
@@ -138,7 +107,7 @@ pub struct Taking<'a> {
     pub not_usable: Option<&'a Context>,
 }
 
-impl<const N: usize> CoefficientsFile<N> {
+impl CoefficientsFile {
     /// Reads coefficients and checks that they are for this robot. Those with true slip are
     /// refused, for most of what asks for coefficients has no gyro:
     /// [`read_with_gyro`](Self::read_with_gyro).
@@ -172,10 +141,6 @@ impl<const N: usize> CoefficientsFile<N> {
     /// # Errors
     /// As [`read_taking`](Self::read_taking).
     pub fn parse(text: &str, file: &Path, robot: &Robot, taking: Taking<'_>) -> Result<Self> {
-        parse(text, file, robot, taking)
-    }
-
-    fn parse_here(text: &str, file: &Path, robot: &Robot, taking: Taking<'_>) -> Result<Self> {
         let refused = |wrong: InvalidCoefficients| {
             let (key, line) = (wrong.key().map(str::to_owned), wrong.line(text));
             let mut error = Error::of(wrong).in_file(file);
@@ -188,14 +153,13 @@ impl<const N: usize> CoefficientsFile<N> {
             }
         };
         let document = Document::parse(text).map_err(refused)?;
-        let fitted = robot::of_section::<N>(&document.robot).map_err(refused)?;
-        let mut now = robot.core::<N>(fitted.cutoff_hz)?;
-        now.conditioning = fitted.conditioning;
+        let fitted = robot::of_section(&document.robot, robot)?.map_err(refused)?;
+        let now = robot.chassis(fitted.cutoff_hz())?.with_conditioning(*fitted.conditioning());
         let drives = document.model == ModelKind::Signed;
         robot::check(&fitted, document.robot.regeneration, &now, robot, drives)
             .map_err(|difference| refused(InvalidCoefficients::OtherRobot(difference)))?;
         let read = Self::of_document(document, now, logs::folder_of(file)).map_err(refused)?;
-        if read.coefficients.robot.conditioning.true_slip != 0.0 && !taking.true_slip {
+        if read.coefficients.robot.conditioning().true_slip != 0.0 && !taking.true_slip {
             return Err(refused(InvalidCoefficients::TrueSlip));
         }
         if let Usability::NotUsable(why) = &read.origin.usability {
@@ -211,7 +175,7 @@ impl<const N: usize> CoefficientsFile<N> {
     /// What a document means for a robot; its logs are seen from `folder`.
     fn of_document(
         document: Document,
-        robot: model_core::coefficients::Robot<f64, N>,
+        robot: Chassis,
         folder: &Path,
     ) -> std::result::Result<Self, InvalidCoefficients> {
         document.check_numbers()?;
@@ -252,13 +216,12 @@ impl<const N: usize> CoefficientsFile<N> {
             weighed_kg,
         });
         let plain = Self {
-            coefficients: Coefficients {
+            coefficients: FittedModel {
                 robot,
                 model,
                 noise,
                 columns: Columns::NONE,
                 identifies_mass: lasting.is_some(),
-                ground_adapts: false,
             },
             kind: document.model,
             method: document.method,
@@ -298,12 +261,15 @@ impl<const N: usize> CoefficientsFile<N> {
     /// # Errors
     /// A covariance that is none.
     pub fn text(&self, file: &Path) -> Result<String> {
-        text(self.document(file), file)
+        let document = self.document(file).map_err(|wrong| {
+            Error::of(InvalidCoefficients::Covariance(wrong)).in_file(file).in_column("covariance")
+        })?;
+        toml::to_string(&document).map_err(|error| Error::failed(error.to_string()).in_file(file))
     }
 
     /// As `file` holds them.
     fn document(&self, file: &Path) -> std::result::Result<Document, InvalidCovariance> {
-        let Coefficients { robot, model, noise, identifies_mass, .. } = &self.coefficients;
+        let FittedModel { robot, model, noise, identifies_mass, .. } = &self.coefficients;
         let regeneration = matches!(model, Model::Signed { drive: Drive::Regenerative, .. });
         let scrubs = robot.scrubs();
         let covariance = covariance::rounded(&self.covariance)?;
@@ -315,11 +281,11 @@ impl<const N: usize> CoefficientsFile<N> {
         let (parameters, own) = (parameters::named(model, scrubs), parameters::own(model));
         let has_losses = own.iter().any(|(name, _)| [GEAR_LOSS.name, BRIDGE_DROP.name].contains(name));
         Ok(Document {
-            format: if has_losses || robot.conditioning.slip.rest != 0.0 {
+            format: if has_losses || robot.conditioning().slip.rest != 0.0 {
                 FORMAT_WITH_GEAR
-            } else if robot.conditioning.true_slip != 0.0 {
+            } else if robot.conditioning().true_slip != 0.0 {
                 FORMAT_WITH_GYRO
-            } else if robot.conditioning == Conditioning::PLAIN && own.is_empty() {
+            } else if *robot.conditioning() == Conditioning::PLAIN && own.is_empty() {
                 FORMAT
             } else {
                 FORMAT_WITH_TRAITS
@@ -396,7 +362,8 @@ impl<const N: usize> CoefficientsFile<N> {
     /// # Errors
     /// The effect that is unknown, lacks something, or makes powers that no robot draws.
     pub fn with_effects(mut self, effects: Vec<Written>) -> std::result::Result<Self, Wrong> {
-        let columns = written::columns(&effects, N)?;
+        let wheels = self.coefficients.robot.wheels();
+        let columns = written::columns(&effects, wheels)?;
         let has_torques = matches!(self.coefficients.model, Model::Signed { .. });
         for (place, effect) in effects.iter().enumerate() {
             let wrong = |key, message| Wrong { place, key, message };
@@ -407,8 +374,8 @@ impl<const N: usize> CoefficientsFile<N> {
                 );
                 return Err(wrong("id", message));
             }
-            let columns = written::columns(std::slice::from_ref(effect), N)?;
-            if !is_plausible(&Coefficients { columns, ..self.coefficients }) {
+            let columns = written::columns(std::slice::from_ref(effect), wheels)?;
+            if !(FittedModel { columns, ..self.coefficients.clone() }).is_plausible() {
                 let message = format!(
                     "{} with coefficient {} makes powers that no robot draws",
                     effect.id, effect.coefficient

@@ -1,6 +1,8 @@
 //! The robot that coefficients were fitted for, and what makes another of it.
 
 use logs::robot::Robot;
+use logs::robot::chassis::Chassis;
+use logs::with_wheels;
 use model_core::coefficients::{Name, Robot as CoreRobot};
 use model_core::kinematics::Kinematics;
 use model_core::model::MassRange;
@@ -18,40 +20,37 @@ const SAME: f64 = 1e-6;
 ///
 /// # Errors
 /// The first difference.
-pub(super) fn check<const N: usize>(
-    fitted: &CoreRobot<f64, N>,
+pub(super) fn check(
+    fitted: &Chassis,
     regenerated: bool,
-    now: &CoreRobot<f64, N>,
+    now: &Chassis,
     robot: &Robot,
     drives: bool,
 ) -> Result<(), Difference> {
-    let body = |what| Difference::Body {
-        what,
-        robot: robot.name().to_owned(),
-        fitted: fitted.name.as_str().to_owned(),
-    };
-    let setting = |key, found: &dyn ToString, fitted: &dyn ToString| Difference::Setting {
+    let body =
+        |what| Difference::Body { what, robot: robot.name().to_owned(), fitted: fitted.name().to_owned() };
+    let setting = |key, now: &dyn ToString, fitted: &dyn ToString| Difference::Setting {
         key,
         name: robot.name().to_owned(),
-        found: found.to_string(),
+        found: now.to_string(),
         fitted: fitted.to_string(),
     };
     let close = |a: f64, b: f64| (a - b).abs() <= SAME * a.abs().max(b.abs());
-    let entries = || fitted.kinematics.rows().iter().flatten().zip(now.kinematics.rows().iter().flatten());
-    if fitted.kinematics.scrubs() != now.kinematics.scrubs() {
+    let (rows, rows_now) = (fitted.rows().concat(), now.rows().concat());
+    if fitted.skids() != now.skids() {
         Err(body("the kind of steering"))
-    } else if fitted.name != now.name {
+    } else if fitted.name() != now.name() {
         Err(body("the name"))
-    } else if !entries().all(|(a, b)| close(*a, *b)) {
+    } else if !rows.iter().zip(&rows_now).all(|(a, b)| close(*a, *b)) {
         Err(body("the wheels' geometry"))
-    } else if !close(fitted.gyration_radius, now.gyration_radius) {
+    } else if !close(fitted.gyration_radius(), now.gyration_radius()) {
         Err(body("the gyration radius"))
-    } else if !close(fitted.range.no_load(), now.range.no_load())
-        || !close(fitted.range.full_load(), now.range.full_load())
+    } else if !close(fitted.range().no_load(), now.range().no_load())
+        || !close(fitted.range().full_load(), now.range().full_load())
     {
         Err(body("the masses"))
-    } else if !close(fitted.dead_band, now.dead_band) {
-        Err(setting("speed_dead_band_rad_s", &now.dead_band, &fitted.dead_band))
+    } else if !close(fitted.dead_band(), now.dead_band()) {
+        Err(setting("speed_dead_band_rad_s", &now.dead_band(), &fitted.dead_band()))
     } else if drives && regenerated != robot.regeneration() {
         Err(setting("regeneration", &robot.regeneration(), &regenerated))
     } else {
@@ -60,37 +59,44 @@ pub(super) fn check<const N: usize>(
 }
 
 /// What a file says of a robot.
-pub(super) fn section<const N: usize>(
-    robot: &CoreRobot<f64, N>,
-    fitted_static_w: f64,
-    regeneration: bool,
-) -> RobotSection {
+pub(super) fn section(robot: &Chassis, fitted_static_w: f64, regeneration: bool) -> RobotSection {
+    let conditioning = robot.conditioning();
     RobotSection {
-        name: robot.name.as_str().to_owned(),
-        kinematics: robot.kinematics.rows().iter().map(|row| row.to_vec()).collect(),
-        gyration_radius_m: robot.gyration_radius,
-        mass_no_load_kg: robot.range.no_load(),
-        mass_full_load_kg: robot.range.full_load(),
-        speed_dead_band_rad_s: robot.dead_band,
-        filter_cutoff_hz: robot.cutoff_hz,
+        name: robot.name().to_owned(),
+        kinematics: robot.rows().iter().map(|row| row.to_vec()).collect(),
+        gyration_radius_m: robot.gyration_radius(),
+        mass_no_load_kg: robot.range().no_load(),
+        mass_full_load_kg: robot.range().full_load(),
+        speed_dead_band_rad_s: robot.dead_band(),
+        filter_cutoff_hz: robot.cutoff_hz(),
         static_power_w: fitted_static_w,
         regeneration,
-        scrubs: robot.kinematics.scrubs(),
-        power_delay_s: robot.conditioning.delay,
-        half_slip: robot.conditioning.slip.half_slip,
-        slip_relaxation_rad: robot.conditioning.slip.relaxation,
-        slip_rest_rad_s: robot.conditioning.slip.rest,
-        true_slip_s_rad: robot.conditioning.true_slip,
+        scrubs: robot.skids(),
+        power_delay_s: conditioning.delay,
+        half_slip: conditioning.slip.half_slip,
+        slip_relaxation_rad: conditioning.slip.relaxation,
+        slip_rest_rad_s: conditioning.slip.rest,
+        true_slip_s_rad: conditioning.true_slip,
     }
 }
 
 /// The robot that a file's section says.
 ///
 /// # Errors
-/// It is none, or has another number of wheels.
-pub(super) fn of_section<const N: usize>(
+/// It is none, or has another number of wheels than the robot has now.
+pub(super) fn of_section(
     section: &RobotSection,
-) -> Result<CoreRobot<f64, N>, InvalidCoefficients> {
+    robot: &Robot,
+) -> support::error::Result<Result<Chassis, InvalidCoefficients>> {
+    fn of<const N: usize>(
+        section: &RobotSection,
+    ) -> support::error::Result<Result<Chassis, InvalidCoefficients>> {
+        Ok(core::<N>(section).map(|core| Chassis::new(&core)))
+    }
+    with_wheels!(robot, of(section))
+}
+
+fn core<const N: usize>(section: &RobotSection) -> Result<CoreRobot<f64, N>, InvalidCoefficients> {
     let wrong = |message: &str| InvalidCoefficients::Robot(message.to_owned());
     let rows = section.kinematics.iter().map(|row| <[f64; N]>::try_from(row.as_slice()));
     let rows: Vec<[f64; N]> = rows.collect::<Result<_, _>>().map_err(|_| {

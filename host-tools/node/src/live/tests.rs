@@ -13,15 +13,14 @@ const STEP_S: f64 = 0.05;
 const MASS_KG: f64 = 3.0;
 
 /// A wheel's torque is (0.05 + 0.008 m) sgn w, and nothing else.
-fn coefficients(robot: &Robot) -> Coefficients<f64, 2> {
+fn coefficients(robot: &Robot) -> FittedModel {
     let torque = TorqueModel { coulomb: 0.05, rolling: 0.008, inertia_gain: 1.0, ..TorqueModel::default() };
-    Coefficients {
-        robot: robot.core(2.0).unwrap(),
+    FittedModel {
+        robot: robot.chassis(2.0).unwrap(),
         model: Model::Signed { torque, drive: Drive::Dissipative },
         noise: Noise { density: 1e-6, model_std: 1e-4, tail: 1.0 },
         columns: Columns::NONE,
         identifies_mass: true,
-        ground_adapts: false,
     }
 }
 
@@ -35,7 +34,7 @@ fn robot() -> Robot {
 
 /// Drives at steady speed: a robot of so many kilograms, as the model has it.
 struct Driven<'a> {
-    node: Node<'a, 2>,
+    node: Node<'a>,
     now_s: f64,
     /// The sender of speeds, and how far its clock is off, s.
     sender: u8,

@@ -11,8 +11,8 @@ use answers::estimate::{Policy, PolicyKind, Recorded, replay_adapting};
 use logs::SampleReader;
 use logs::robot::Robot;
 use logs::robot::chassis::Together;
+use model::coefficients::FittedModel;
 use model_core::adapt::Ground;
-use model_core::coefficients::Coefficients;
 use nalgebra::{Matrix2, Vector2};
 use support::context::Context;
 use support::error::{Error, Result};
@@ -104,10 +104,10 @@ fn seconds(points: &[Point], predicted: &[f64]) -> Vec<Second> {
 ///
 /// # Errors
 /// A log that cannot be read, whose mass changes, or which the model does not fit.
-pub(super) fn ours<const N: usize>(
+pub(super) fn ours(
     context: &Context,
     robot: &Robot,
-    coefficients: &Coefficients<f64, N>,
+    coefficients: &FittedModel,
     file: &Path,
     mass_kg: f64,
     window_s: f64,

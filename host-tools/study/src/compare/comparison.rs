@@ -6,7 +6,6 @@ use answers::estimate::{Payloads, Policy, PolicyKind, bucket_length, replay};
 use fit::Fit;
 use fit::dataset::Row;
 use logs::robot::Robot;
-use logs::with_wheels;
 use model::coefficients::ModelKind;
 use support::context::Context;
 use support::error::{Error, Result};
@@ -65,15 +64,6 @@ struct Judged<'a> {
 /// A log that cannot be read, data that determine no model, or no model that can be had for this
 /// robot and these logs.
 pub fn compare(context: &Context, robot: &Robot, split: &Split, settings: &Settings) -> Result<Comparison> {
-    with_wheels!(robot, compare_with(context, robot, split, settings))
-}
-
-fn compare_with<const N: usize>(
-    context: &Context,
-    robot: &Robot,
-    split: &Split,
-    settings: &Settings,
-) -> Result<Comparison> {
     // Wrong usage even where this split has no use for a window.
     bucket_length(settings.window_s)?;
     let data = Data::read(context, robot, split, settings)?;
@@ -97,7 +87,7 @@ fn compare_with<const N: usize>(
         _ => None,
     };
     for own in OWN.iter().filter(|own| settings.models.contains(&own.name)) {
-        let fit = comparison.add_own::<N>(context, robot, own, &data, replayed, settings.window_s)?;
+        let fit = comparison.add_own(context, robot, own, &data, replayed, settings.window_s)?;
         if let (true, ModelKind::Signed, Split::Files { train, test }) = (settings.adapt, own.kind, split) {
             // Ground that adapts has no gyro.
             let fit = if data.train.robot.conditioning().true_slip == 0.0 {
@@ -107,7 +97,7 @@ fn compare_with<const N: usize>(
                 train.and_then(|train| own.fit(robot, &train))
             };
             match fit {
-                Ok(fit) => comparison.add_adapting::<N>(context, robot, own, &fit, test, settings),
+                Ok(fit) => comparison.add_adapting(context, robot, own, &fit, test, settings),
                 Err(error) => comparison.leave_out(&adapts(own.name), error.to_string()),
             }
         }
@@ -136,7 +126,7 @@ fn compare_with<const N: usize>(
 
 impl Comparison {
     /// Fits a model of ours; where it can find the mass, with and without it.
-    fn add_own<const N: usize>(
+    fn add_own(
         &mut self,
         context: &Context,
         robot: &Robot,
@@ -166,7 +156,7 @@ impl Comparison {
                 changes_s: Vec::new(),
                 detect: kind == ModelKind::Signed,
             };
-            let coefficients = fit.coefficients::<N>();
+            let coefficients = fit.coefficients();
             let payloads = Payloads::default_for(&fit.model);
             for file in test {
                 replay(context, robot, &coefficients, file, payloads, &policy, &mut |instant| {
@@ -189,7 +179,7 @@ impl Comparison {
     }
 
     /// A model of ours, told the mass, on a floor that adapts.
-    fn add_adapting<const N: usize>(
+    fn add_adapting(
         &mut self,
         context: &Context,
         robot: &Robot,
@@ -199,7 +189,7 @@ impl Comparison {
         settings: &Settings,
     ) {
         let name = adapts(own.name);
-        let coefficients = fit.coefficients::<N>();
+        let coefficients = fit.coefficients();
         let of = |file: &PathBuf| {
             adapting::ours(context, robot, &coefficients, file, settings.mass_kg, settings.window_s)
         };

@@ -7,17 +7,13 @@ use answers::estimate::{Instant, Payloads, Policy, PolicyKind, Replay, replay};
 use fit::dataset::{Dataset, Kept, Reading, Row};
 use fit::pgd;
 use logs::robot::Robot;
-use model::coefficients::{Method, ModelKind};
-use model_core::coefficients::Coefficients;
+use model::coefficients::{FittedModel, Method, ModelKind};
 use support::context::Context;
 use support::error::{Error, Result};
 
 use super::course::{Course, Followed, Trace};
 use crate::baselines::Point;
 use crate::compare::points::{self, Wanted};
-
-/// Wheels of the robot of both studies.
-pub(super) const WHEELS: usize = 2;
 
 /// A model with its way to the mass.
 #[derive(Debug, Clone, Copy)]
@@ -78,7 +74,7 @@ pub(super) struct Fitted<'a> {
     pub(super) contender: Contender,
     context: &'a Context,
     robot: &'a Robot,
-    coefficients: Coefficients<f64, WHEELS>,
+    coefficients: FittedModel,
 }
 
 impl Fitted<'_> {
