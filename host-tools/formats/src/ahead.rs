@@ -245,13 +245,13 @@ mod tests {
             let squares = Squares::default();
             let by_others = Arc::clone(&squares.threads);
             let mut ahead = Ahead::new(squares, 3);
-            let (found, left) = within(threads, || {
-                let found: Vec<usize> = (0..LAST).filter_map(|_| ahead.take_next()).collect();
+            let (taken, work) = within(threads, || {
+                let taken: Vec<usize> = (0..LAST).filter_map(|_| ahead.take_next()).collect();
                 assert_eq!(ahead.take_next(), Some(usize::MAX));
-                (found, ahead.into_work().unwrap())
+                (taken, ahead.into_work().unwrap())
             });
-            assert!(found.iter().copied().eq((0..LAST).map(|place| place * place)), "{threads}");
-            assert_eq!((left.begun, left.made.len()), (LAST, 0));
+            assert!(taken.iter().copied().eq((0..LAST).map(|place| place * place)), "{threads}");
+            assert_eq!((work.begun, work.made.len()), (LAST, 0));
             assert_eq!(by_others.load(Ordering::Relaxed) > 0, threads > 1, "{threads}");
         }
     }
@@ -259,14 +259,14 @@ mod tests {
     /// The pool's threads are all busy until this one is done.
     #[test]
     fn a_pool_that_is_full_is_no_reason_to_wait() {
-        let found = within(2, || {
+        let sums = within(2, || {
             let all = |_| {
                 let mut ahead = Ahead::new(Squares::default(), 3);
                 (0..LAST).filter_map(|_| ahead.take_next()).sum::<usize>()
             };
             rayon::join(|| all(()), || all(()))
         });
-        assert_eq!(found.0, found.1);
+        assert_eq!(sums.0, sums.1);
     }
 
     /// A panic is the taker's, on whichever thread it was, and ends neither the pool nor the

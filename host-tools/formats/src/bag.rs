@@ -41,8 +41,8 @@ impl Bag {
         for file in files {
             let opened = Part::open(&file, allow_cut)
                 .map_err(|error| if several { error.of_part(&file) } else { error });
-            let (part, own) = opened?;
-            for topic in own {
+            let (part, its_topics) = opened?;
+            for topic in its_topics {
                 match topics.iter_mut().find(|known| known.name == topic.name) {
                     None => topics.push(topic),
                     Some(known) if known.kind == topic.kind => {
@@ -113,18 +113,18 @@ impl Bag {
             return Ok(Vec::new());
         };
         let layout = cdr::Layout::of(&self.topics[topic].kind, definition, *serialization)?;
-        let mut found: Vec<String> = Vec::new();
-        let mut left = LOOKED_AT;
+        let mut names: Vec<String> = Vec::new();
+        let mut remaining = LOOKED_AT;
         self.read(&[topic], &mut |_, _, message| {
             for name in cdr::names(&layout, *serialization, message)? {
-                if !found.contains(&name) {
-                    found.push(name);
+                if !names.contains(&name) {
+                    names.push(name);
                 }
             }
-            left -= 1;
-            Ok(left > 0)
+            remaining -= 1;
+            Ok(remaining > 0)
         })?;
-        Ok(found)
+        Ok(names)
     }
 }
 

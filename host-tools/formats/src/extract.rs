@@ -66,11 +66,11 @@ impl Extractor {
                 How::Json(JsonWalk::new(&all.iter().map(|field| &field.steps[..]).collect::<Vec<_>>()))
             }
             Encoding::Packed { fields: packed } => {
-                let found = all.iter().enumerate().map(|(place, field)| {
-                    let found = packed.iter().find(|packed| packed.name == field.path);
-                    found.map(|found| (found.kind, found.offset, found.scale)).ok_or_else(|| refuse(place))
+                let places = all.iter().enumerate().map(|(place, field)| {
+                    let packed = packed.iter().find(|packed| packed.name == field.path);
+                    packed.map(|it| (it.kind, it.offset, it.scale)).ok_or_else(|| refuse(place))
                 });
-                How::Packed(found.collect::<Result<_>>()?)
+                How::Packed(places.collect::<Result<_>>()?)
             }
             Encoding::Other(_) => return Err(unreadable(topic)),
         };

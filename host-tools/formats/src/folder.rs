@@ -31,17 +31,17 @@ pub(crate) fn files(folder: &Path) -> Result<Vec<PathBuf>> {
         )));
     }
     let text = String::from_utf8_lossy(&std::fs::read(&metadata)?).into_owned();
-    let found = listed(&text);
-    if found.is_empty() {
+    let names = listed(&text);
+    if names.is_empty() {
         let message = format!("has no relative_file_paths in its {METADATA}; expected the files of a bag");
         return Err(Error::Unsupported(message));
     }
-    found.into_iter().map(|name| inside(folder, &name)).collect()
+    names.into_iter().map(|name| inside(folder, &name)).collect()
 }
 
 /// A file of the folder; old recorders wrote the folder's own name before it.
 fn inside(folder: &Path, name: &str) -> Result<PathBuf> {
-    let is_plain = Path::new(name).components().all(|part| matches!(part, Component::Normal(_)));
+    let is_plain = Path::new(name).components().all(|component| matches!(component, Component::Normal(_)));
     let file = Path::new(name).file_name().map(|file| folder.join(file));
     match file.filter(|_| is_plain) {
         Some(file) if file.is_file() => Ok(file),

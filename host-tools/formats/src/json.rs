@@ -167,16 +167,16 @@ mod tests {
         ];
         for message in messages {
             let tree = parse(message.as_bytes()).unwrap();
-            let found = row(message).unwrap();
-            for (name, found) in ["a", "b", "c"].into_iter().zip(found) {
-                match (tree.get(name), found) {
-                    (Some(Value::String(text)), found) => assert_eq!(found, Cell::Text(text.clone())),
+            let cells = row(message).unwrap();
+            for (name, cell) in ["a", "b", "c"].into_iter().zip(cells) {
+                match (tree.get(name), cell) {
+                    (Some(Value::String(text)), cell) => assert_eq!(cell, Cell::Text(text.clone())),
                     (value, Cell::Number(number)) => {
                         let expected = value.and_then(Value::as_f64).unwrap_or(f64::NAN);
                         let is_same = number.to_bits() == expected.to_bits();
                         assert!(is_same || number.is_nan() && expected.is_nan(), "{message} {name} {number}");
                     }
-                    (_, found) => panic!("{message} {name} {found:?}"),
+                    (_, cell) => panic!("{message} {name} {cell:?}"),
                 }
             }
         }

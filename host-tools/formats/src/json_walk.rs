@@ -118,11 +118,11 @@ impl<'de> Visitor<'de> for Walking<'_> {
         // Their names may come behind them.
         let (mut names, mut named) = (None::<&RawValue>, Vec::new());
         while let Some(Found { place, is_names }) = map.next_key_seed(Key { next })? {
-            let found = place.map(|place| (place, &next[place].1));
-            if let Some((_, next)) = found {
+            let wanted = place.map(|place| (place, &next[place].1));
+            if let Some((_, next)) = wanted {
                 next.forget(self.numbers);
             }
-            match found {
+            match wanted {
                 None if !(is_names && has_names) => {
                     map.next_value::<IgnoredAny>()?;
                 }
@@ -134,7 +134,7 @@ impl<'de> Visitor<'de> for Walking<'_> {
                     if is_names {
                         names = Some(value);
                     }
-                    match found {
+                    match wanted {
                         Some((place, next)) if next.by_name() => {
                             named.retain(|(known, _)| *known != place);
                             named.push((place, value));
@@ -217,7 +217,7 @@ fn is_text(value: &RawValue, text: &str) -> bool {
     let written = value.get();
     match written.strip_prefix('"').and_then(|rest| rest.strip_suffix('"')) {
         Some(plain) if !plain.contains('\\') => plain == text,
-        Some(_) => serde_json::from_str::<String>(written).is_ok_and(|own| own == text),
+        Some(_) => serde_json::from_str::<String>(written).is_ok_and(|unescaped| unescaped == text),
         None => false,
     }
 }
@@ -330,13 +330,13 @@ mod tests {
         ];
         for message in messages {
             let tree = parse(message.as_bytes()).unwrap();
-            let found = walked(message).unwrap();
-            for (path, found) in PATHS.iter().zip(found) {
+            let numbers = walked(message).unwrap();
+            for (path, number) in PATHS.iter().zip(numbers) {
                 let expected = by_tree(&tree, &Field::new("/t", path).unwrap().steps);
-                let is_same = found.to_bits() == expected.to_bits();
+                let is_same = number.to_bits() == expected.to_bits();
                 assert!(
-                    is_same || found.is_nan() && expected.is_nan(),
-                    "{message} {path} {found} {expected}"
+                    is_same || number.is_nan() && expected.is_nan(),
+                    "{message} {path} {number} {expected}"
                 );
             }
         }

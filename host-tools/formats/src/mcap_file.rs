@@ -89,8 +89,8 @@ fn next_record(file: &mut BufReader<File>, length: u64) -> Result<Option<(u8, Ve
     if file.read_exact(&mut opcode).and_then(|()| file.read_exact(&mut size)).is_err() {
         return Ok(None);
     }
-    let left = length.saturating_sub(file.stream_position()?);
-    let Some(size) = usize::try_from(u64::from_le_bytes(size)).ok().filter(|size| *size as u64 <= left)
+    let remaining = length.saturating_sub(file.stream_position()?);
+    let Some(size) = usize::try_from(u64::from_le_bytes(size)).ok().filter(|size| *size as u64 <= remaining)
     else {
         return Ok(None);
     };

@@ -142,12 +142,12 @@ impl Merger {
         let base = request.base.len();
         let mut tracks =
             vec![Self::track(bag, &request.base.iter().collect::<Vec<_>>(), (0..base).collect())?];
-        let mut left: Vec<(usize, &Field)> = (base..).zip(&request.others).collect();
-        while let Some((_, next)) = left.first() {
+        let mut remaining: Vec<(usize, &Field)> = (base..).zip(&request.others).collect();
+        while let Some((_, next)) = remaining.first() {
             let topic = next.topic.clone();
             let (same, rest): (Vec<_>, Vec<_>) =
-                left.into_iter().partition(|(_, field)| field.topic == topic);
-            left = rest;
+                remaining.into_iter().partition(|(_, field)| field.topic == topic);
+            remaining = rest;
             let fields: Vec<&Field> = same.iter().map(|(_, field)| *field).collect();
             tracks.push(Self::track(bag, &fields, same.iter().map(|(slot, _)| *slot).collect())?);
         }

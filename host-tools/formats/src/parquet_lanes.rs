@@ -43,7 +43,7 @@ pub(super) struct Lanes {
 /// A group of rows.
 struct Group {
     /// Rows that have not been taken.
-    left: usize,
+    remaining: usize,
     /// None of a column that nobody asked for.
     lanes: Vec<Option<Lane>>,
     /// Why it cannot be read.
@@ -54,7 +54,7 @@ struct Lane {
     /// None while it is decoded, and behind an error.
     column: Option<Column>,
     /// Rows that have not been decoded, or begun.
-    left: usize,
+    remaining: usize,
     /// Decoded, not yet taken.
     made: VecDeque<Result<Values>>,
 }
@@ -122,16 +122,16 @@ impl Lanes {
     fn group(&self, number: usize) -> Result<Group, ParquetError> {
         let schema = self.reader.metadata().file_metadata().schema_descr_ptr();
         let group = self.reader.get_row_group(number)?;
-        let left = usize::try_from(group.metadata().num_rows()).unwrap_or(0);
+        let remaining = usize::try_from(group.metadata().num_rows()).unwrap_or(0);
         let lanes = self.places.iter().zip(&self.is_wanted).map(|(&place, is_wanted)| {
             let open = || {
                 let column = Column::new(&schema.column(place), group.get_column_reader(place)?);
-                Ok(Lane { column: Some(column), left, made: VecDeque::new() })
+                Ok(Lane { column: Some(column), remaining, made: VecDeque::new() })
             };
             is_wanted.then(open).transpose()
         });
         let lanes = lanes.collect::<Result<Vec<_>, ParquetError>>()?;
-        Ok(Group { left, lanes, refused: None })
+        Ok(Group { remaining, lanes, refused: None })
     }
 
     /// Batches that are decoded ahead at most.
@@ -149,14 +149,14 @@ impl Lanes {
                 return (None, false);
             }
             let is_free =
-                |lane: &Lane| lane.column.is_some() && lane.left > 0 && before + lane.made.len() < most;
+                |lane: &Lane| lane.column.is_some() && lane.remaining > 0 && before + lane.made.len() < most;
             let free = group.lanes.iter().enumerate().filter_map(|(number, lane)| {
                 lane.as_ref().filter(|lane| is_free(lane)).map(|lane| (lane.made.len(), number))
             });
             if let Some((_, number)) = free.min() {
                 return (Some((place, number)), false);
             }
-            before = before.saturating_add(group.left.div_ceil(BATCH));
+            before = before.saturating_add(group.remaining.div_ceil(BATCH));
         }
         (None, before < most)
     }
@@ -170,7 +170,7 @@ impl Lanes {
 
 impl Group {
     fn refused(why: Error) -> Self {
-        Self { left: 1, lanes: Vec::new(), refused: Some(why) }
+        Self { remaining: 1, lanes: Vec::new(), refused: Some(why) }
     }
 
     /// The next batch, where all its columns are decoded: the first one's error is told, as if they
@@ -182,8 +182,8 @@ impl Group {
         if self.lanes.iter().flatten().any(|lane| lane.made.is_empty()) {
             return None;
         }
-        let count = BATCH.min(self.left);
-        self.left -= count;
+        let count = BATCH.min(self.remaining);
+        self.remaining -= count;
         let columns = self.lanes.iter_mut().map(|lane| match lane {
             Some(lane) => lane.made.pop_front().unwrap_or(Ok(Values::Unread)),
             None => Ok(Values::Unread),
@@ -209,8 +209,8 @@ impl Work for Lanes {
                 return None;
             };
             let lane = self.groups.get_mut(place)?.lanes.get_mut(number)?.as_mut()?;
-            let count = BATCH.min(lane.left);
-            lane.left -= count;
+            let count = BATCH.min(lane.remaining);
+            lane.remaining -= count;
             let column = lane.column.take()?;
             let into = Values::Numbers(self.spare.pop().unwrap_or_default());
             return Some(Job { group: self.first + place, lane: number, column, count, into });
@@ -245,7 +245,7 @@ impl Work for Lanes {
                 }
                 return Some(Ok((0, vec![Values::Unread; self.places.len()])));
             };
-            if group.left == 0 {
+            if group.remaining == 0 {
                 self.groups.pop_front();
                 self.first += 1;
                 continue;

@@ -41,9 +41,9 @@ impl ChunkReader for Positioned {
     fn get_bytes(&self, start: u64, length: usize) -> Result<Bytes> {
         let mut bytes = Vec::with_capacity(length);
         let from = From { file: Arc::clone(&self.file), offset: start };
-        let found = from.take(length as u64).read_to_end(&mut bytes)?;
-        if found != length {
-            return Err(ParquetError::EOF(format!("{length} bytes were expected, {found} are there")));
+        let count = from.take(length as u64).read_to_end(&mut bytes)?;
+        if count != length {
+            return Err(ParquetError::EOF(format!("{length} bytes were expected, {count} are there")));
         }
         Ok(bytes.into())
     }

@@ -93,7 +93,7 @@ impl Record {
             return Ok(None);
         }
         from.read_exact(&mut length[got..]).map_err(failed)?;
-        for (part, longest, what) in
+        for (bytes, longest, what) in
             [(&mut self.header, LONGEST_HEADER, "a header"), (&mut self.data, LONGEST, "a record")]
         {
             if what == "a record" {
@@ -104,7 +104,7 @@ impl Record {
                 return Err(cut(&format!("{what} of {wanted} bytes; expected {longest} at most")));
             }
             // Grows as bytes arrive: a length alone takes no memory.
-            let got = from.by_ref().take(wanted as u64).read_to_end(part).map_err(failed)?;
+            let got = from.by_ref().take(wanted as u64).read_to_end(bytes).map_err(failed)?;
             if got < wanted {
                 return Err(cut(&format!("{what} of {wanted} bytes has {got}")));
             }
@@ -124,9 +124,9 @@ fn open(path: &Path) -> Result<(BufReader<File>, u64)> {
     let mut version = [0; VERSION.len()];
     file.read_exact(&mut version).map_err(|_| Error::damaged("ROS 1", "it ends within its first line"))?;
     if version != VERSION {
-        let found = String::from_utf8_lossy(&version).trim_end().to_owned();
+        let other = String::from_utf8_lossy(&version).trim_end().to_owned();
         return Err(Error::Unsupported(format!(
-            "is a bag of ROS 1 of another version, {found}; expected 2.0 (rosbag migrate)"
+            "is a bag of ROS 1 of another version, {other}; expected 2.0 (rosbag migrate)"
         )));
     }
     let mut record = Record::default();
@@ -143,22 +143,22 @@ fn open(path: &Path) -> Result<(BufReader<File>, u64)> {
 pub(crate) fn topics(path: &Path, allow_cut: bool) -> Result<Vec<Topic>> {
     let (mut file, index) = open(path)?;
     let length = file.get_ref().metadata()?.len();
-    let mut found = Connections::default();
+    let mut connections = Connections::default();
     if index > 0 && index < length {
         file.seek(SeekFrom::Start(index))?;
         let mut record = Record::default();
         while let Ok(Some(())) = record.read(&mut file) {
             match record.header().kind() {
-                Some(CONNECTION) => found.add(record.header(), &record.data),
-                Some(CHUNK_INFO) => found.count(&record.data),
+                Some(CONNECTION) => connections.add(record.header(), &record.data),
+                Some(CHUNK_INFO) => connections.count(&record.data),
                 _ => {}
             }
         }
-        found.are_counted = true;
+        connections.are_counted = true;
     } else if allow_cut {
         records(path, &mut |kind, header, data| {
             if kind == CONNECTION {
-                found.add(header, data);
+                connections.add(header, data);
             }
             Ok(true)
         })?;
@@ -167,29 +167,29 @@ pub(crate) fn topics(path: &Path, allow_cut: bool) -> Result<Vec<Topic>> {
                        and so does rosbag reindex";
         return Err(Error::Truncated(message.to_owned()));
     }
-    Ok(found.topics())
+    Ok(connections.topics())
 }
 
 /// Connections, of which a topic has one a publisher.
 #[derive(Default)]
 struct Connections {
-    found: Vec<(u32, String, String, String)>,
+    all: Vec<(u32, String, String, String)>,
     messages: HashMap<u32, u64>,
     are_counted: bool,
 }
 
 impl Connections {
     fn add(&mut self, header: Header<'_>, data: &[u8]) {
-        let own = Header(data);
+        let described = Header(data);
         let all = (
             header.number(b"conn"),
             header.text(b"topic"),
-            own.text(b"type"),
-            own.text(b"message_definition"),
+            described.text(b"type"),
+            described.text(b"message_definition"),
         );
         let (Some(connection), Some(topic), Some(kind), Some(definition)) = all else { return };
-        if !self.found.iter().any(|(known, ..)| *known == connection) {
-            self.found.push((connection, topic, kind, definition));
+        if !self.all.iter().any(|(known, ..)| *known == connection) {
+            self.all.push((connection, topic, kind, definition));
         }
     }
 
@@ -197,14 +197,14 @@ impl Connections {
     fn count(&mut self, data: &[u8]) {
         let (pairs, _) = data.as_chunks::<8>();
         for pair in pairs {
-            let part = |at: usize| u32::from_le_bytes([pair[at], pair[at + 1], pair[at + 2], pair[at + 3]]);
-            *self.messages.entry(part(0)).or_default() += u64::from(part(4));
+            let number = |at: usize| u32::from_le_bytes([pair[at], pair[at + 1], pair[at + 2], pair[at + 3]]);
+            *self.messages.entry(number(0)).or_default() += u64::from(number(4));
         }
     }
 
     fn topics(self) -> Vec<Topic> {
         let mut topics: Vec<Topic> = Vec::new();
-        for (connection, name, kind, definition) in self.found {
+        for (connection, name, kind, definition) in self.all {
             let messages = self.are_counted.then(|| self.messages.get(&connection).copied().unwrap_or(0));
             match topics.iter_mut().find(|known| known.name == name) {
                 Some(known) => known.messages = known.messages.zip(messages).map(|(a, b)| a + b),
@@ -303,13 +303,13 @@ fn each_within(mut rest: &[u8], each: &mut EachRecord<'_>) -> Result<Within> {
 
 /// The first record of a chunk, and what follows it.
 fn within(bytes: &[u8]) -> Option<(Header<'_>, &[u8], &[u8])> {
-    let part = |bytes: &'_ [u8]| -> Option<(usize, usize)> {
+    let range = |bytes: &'_ [u8]| -> Option<(usize, usize)> {
         let length = u32::from_le_bytes(*bytes.first_chunk::<4>()?) as usize;
         (length <= bytes.len() - 4).then_some((4, 4 + length))
     };
-    let (start, end) = part(bytes)?;
+    let (start, end) = range(bytes)?;
     let (header, rest) = (&bytes[start..end], &bytes[end..]);
-    let (start, end) = part(rest)?;
+    let (start, end) = range(rest)?;
     Some((Header(header), &rest[start..end], &rest[end..]))
 }
 
@@ -397,22 +397,22 @@ mod tests {
     #[test]
     fn a_chunk_that_was_never_closed_is_read() {
         let chunk = [field("op", &[CHUNK]), field("compression", b"none"), field("size", &[0; 4])];
-        let own =
+        let described =
             [field("type", b"std_msgs/Float64"), field("message_definition", b"float64 data\n")].concat();
         let number = |kind| [field("op", &[kind]), field("conn", &[7, 0, 0, 0])].concat();
-        let connection = record(&[number(CONNECTION), field("topic", b"/power")], &own);
+        let connection = record(&[number(CONNECTION), field("topic", b"/power")], &described);
         let message =
             record(&[number(MESSAGE), field("time", &[1, 0, 0, 0, 2, 0, 0, 0])], &2.5_f64.to_le_bytes());
         let file = bag(&[record(&chunk, b""), connection, message].concat());
         let topics = topics(file.path(), true).unwrap();
         assert_eq!(topics.iter().map(|topic| &topic.name[..]).collect::<Vec<_>>(), ["/power"]);
-        let mut found = Vec::new();
+        let mut messages = Vec::new();
         let ending = read(file.path(), &topics, &[0], &mut |topic, time, data| {
-            found.push((topic, time, data.to_vec()));
+            messages.push((topic, time, data.to_vec()));
             Ok(true)
         });
         assert!(matches!(ending.unwrap(), Ending::Cut(_)));
-        assert_eq!(found, [(0, 1_000_000_002, 2.5_f64.to_le_bytes().to_vec())]);
+        assert_eq!(messages, [(0, 1_000_000_002, 2.5_f64.to_le_bytes().to_vec())]);
         assert!(matches!(super::topics(file.path(), false), Err(Error::Truncated(_))));
     }
 }

@@ -27,8 +27,8 @@ fn open(path: &Path) -> Result<Connection> {
 }
 
 fn has_table(connection: &Connection, name: &str) -> Result<bool> {
-    let found = "SELECT count(*) FROM sqlite_master WHERE type = 'table' AND name = ?1";
-    let count: i64 = connection.query_row(found, [name], |row| row.get(0)).map_err(damaged)?;
+    let query = "SELECT count(*) FROM sqlite_master WHERE type = 'table' AND name = ?1";
+    let count: i64 = connection.query_row(query, [name], |row| row.get(0)).map_err(damaged)?;
     Ok(count > 0)
 }
 
@@ -67,9 +67,9 @@ pub(crate) fn topics(path: &Path) -> Result<Vec<Topic>> {
 
 /// By type.
 fn definitions(connection: &Connection) -> Result<HashMap<String, String>> {
-    let mut found = HashMap::new();
+    let mut definitions = HashMap::new();
     if !has_table(connection, "message_definitions")? {
-        return Ok(found);
+        return Ok(definitions);
     }
     let query = "SELECT topic_type, encoding, encoded_message_definition FROM message_definitions";
     let mut statement = connection.prepare(query).map_err(damaged)?;
@@ -79,10 +79,10 @@ fn definitions(connection: &Connection) -> Result<HashMap<String, String>> {
     for row in rows.map_err(damaged)? {
         let (kind, encoding, definition) = row.map_err(damaged)?;
         if encoding == "ros2msg" && !definition.trim().is_empty() {
-            found.insert(kind, definition);
+            definitions.insert(kind, definition);
         }
     }
-    Ok(found)
+    Ok(definitions)
 }
 
 /// Hands out the messages of some topics.

@@ -74,7 +74,7 @@ fn is_same(one: &Path, other: &Path) -> Result<bool> {
     let open = |file: &Path| -> Result<BufReader<File>> {
         Ok(BufReader::new(File::open(file).map_err(|error| Error::io(file, &error))?))
     };
-    let (mut left, mut right) = (open(one)?, open(other)?);
+    let (mut first_log, mut second_log) = (open(one)?, open(other)?);
     let (mut a, mut b) = ([0; 8192], [0; 8192]);
     loop {
         let read = |reader: &mut BufReader<File>, file: &Path, buffer: &mut [u8]| -> Result<usize> {
@@ -87,7 +87,7 @@ fn is_same(one: &Path, other: &Path) -> Result<bool> {
             }
             Ok(filled)
         };
-        let (first, second) = (read(&mut left, one, &mut a)?, read(&mut right, other, &mut b)?);
+        let (first, second) = (read(&mut first_log, one, &mut a)?, read(&mut second_log, other, &mut b)?);
         if a[..first] != b[..second] {
             return Ok(false);
         }

@@ -72,7 +72,7 @@ impl Columnar {
             Rows::File(columns) => (columns.names().to_vec(), columns.rows()),
             Rows::Spool(spool) => (spool.names().to_vec(), spool.rows()),
         };
-        let size = std::fs::metadata(path).ok().map(|found| found.len());
+        let size = std::fs::metadata(path).ok().map(|metadata| metadata.len());
         (Self::new(context, path, From::Rows(rows), names.len(), total, size), names)
     }
 

@@ -41,8 +41,8 @@ pub(super) fn condition(robot: &Chassis, run: RawRun, columns: &[String], stride
     if robot.conditioning().true_slip != 0.0 && yaw_rate.is_none() {
         return Err(Error::failed(NO_GYRO).in_file(&run.name).in_column(YAW_RATE));
     }
-    let own: HashMap<&str, usize> = run.columns.iter().map(String::as_str).zip(0..).collect();
-    let places: Vec<Option<usize>> = columns.iter().map(|name| own.get(name.as_str()).copied()).collect();
+    let of_run: HashMap<&str, usize> = run.columns.iter().map(String::as_str).zip(0..).collect();
+    let places: Vec<Option<usize>> = columns.iter().map(|name| of_run.get(name.as_str()).copied()).collect();
     let mut channels = vec![Channel::default(); columns.len()];
     let mut held = vec![f64::NAN; columns.len()];
     let mut extras: Vec<Vec<f64>> = vec![Vec::new(); columns.len()];

@@ -190,8 +190,8 @@ fn each_row(
             row.extend(request.mass_of(log).map(Cell::Number));
             match own_run {
                 Some(run) if several => {
-                    if let Cell::Text(own) = &row[run] {
-                        row[run] = Cell::Text(format!("{name}#{own}"));
+                    if let Cell::Text(label) = &row[run] {
+                        row[run] = Cell::Text(format!("{name}#{label}"));
                     }
                 }
                 None if several => row.push(Cell::Text(name.clone())),

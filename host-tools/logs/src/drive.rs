@@ -388,11 +388,11 @@ pub fn check_wheels(header: &Header, robot: &Robot) -> Result<()> {
         // The missing column itself says it best.
         return Ok(());
     }
-    let found = wheel_columns(header.columns());
-    if found == highest && found != wheels {
+    let columns = wheel_columns(header.columns());
+    if columns == highest && columns != wheels {
         let message = format!(
-            "the log has {found} wheel speed column{}, but robot {} has {wheels} wheels: wrong robot?",
-            if found == 1 { "" } else { "s" },
+            "the log has {columns} wheel speed column{}, but robot {} has {wheels} wheels: wrong robot?",
+            if columns == 1 { "" } else { "s" },
             robot.name()
         );
         return Err(Error::failed(message).in_file(header.path()).at_line(1));

@@ -12,7 +12,7 @@ const WORDS: [(&str, &[&str]); 4] = [
 
 /// What is said where a column is missing: what the log has, and which of it may be meant.
 pub fn missing(name: &str, columns: &[String]) -> String {
-    let words = WORDS.iter().find(|(own, _)| name.starts_with(own)).map_or(&[][..], |(_, words)| words);
+    let words = WORDS.iter().find(|(start, _)| name.starts_with(start)).map_or(&[][..], |(_, words)| words);
     let is_own = |column: &str| {
         [TIME, POWER, MASS].contains(&column) || column.starts_with("wheel") && column.ends_with("_rad_s")
     };

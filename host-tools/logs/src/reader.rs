@@ -302,8 +302,8 @@ impl LogReader {
     #[cold]
     fn go_on_alone(&mut self) -> Result<()> {
         let From::Text(source) = &mut self.from else { return Ok(()) };
-        let left = self.pieces.take().and_then(Pieces::end);
-        let Some((file, unread)) = left else {
+        let rest = self.pieces.take().and_then(Pieces::end);
+        let Some((file, unread)) = rest else {
             return Err(Error::failed("is no longer there to be read").in_file(self.path()));
         };
         source.take_back(file, unread);
@@ -372,11 +372,11 @@ impl LogReader {
             0 => String::new(),
             _ => format!(" ({})", self.exclusions),
         };
-        let found = match self.rows {
+        let rows = match self.rows {
             0 => "no row",
             _ => "only one row",
         };
-        let message = format!("the log has {found} to use{excluded}; expected at least two");
+        let message = format!("the log has {rows} to use{excluded}; expected at least two");
         Err(Error::failed(message).in_file(self.path()))
     }
 
@@ -415,12 +415,12 @@ impl LogReader {
                 self.here(format!("another run; expected at most {MOST_RUNS} in a log")).in_column(super::RUN)
             }
             Fault::FieldCount => {
-                let found = scan::Fields::new(line).count();
+                let fields = scan::Fields::new(line).count();
                 let expected = self.columns.len();
-                let s = if found == 1 { "" } else { "s" };
+                let s = if fields == 1 { "" } else { "s" };
                 let hint =
-                    if found > expected { " (decimal commas? write numbers with a point)" } else { "" };
-                self.here(format!("{found} field{s}; expected {expected} as in the header{hint}"))
+                    if fields > expected { " (decimal commas? write numbers with a point)" } else { "" };
+                self.here(format!("{fields} field{s}; expected {expected} as in the header{hint}"))
             }
         }
     }

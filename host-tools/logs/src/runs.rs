@@ -191,9 +191,9 @@ impl Runs {
     #[must_use]
     pub fn followed_by(&self, others: &Self) -> Self {
         let mut all = self.clone();
-        let own: HashMap<&str, usize> = others.columns.iter().map(String::as_str).zip(0..).collect();
+        let of_others: HashMap<&str, usize> = others.columns.iter().map(String::as_str).zip(0..).collect();
         let places: Vec<Option<usize>> =
-            self.columns.iter().map(|name| own.get(name.as_str()).copied()).collect();
+            self.columns.iter().map(|name| of_others.get(name.as_str()).copied()).collect();
         for run in &others.runs {
             let extras = places
                 .iter()

@@ -35,11 +35,11 @@ impl Torques {
     }
 
     pub(super) fn power_w(&self, torques: &[f64], speeds: &[f64]) -> f64 {
-        let own = |(torque, speed): (&f64, &f64)| {
+        let power = |(torque, speed): (&f64, &f64)| {
             let power = self.motor.power_w(*torque, *speed);
             if self.regenerates { power } else { power.max(0.0) }
         };
-        self.static_w + torques.iter().zip(speeds).map(own).sum::<f64>()
+        self.static_w + torques.iter().zip(speeds).map(power).sum::<f64>()
     }
 }
 

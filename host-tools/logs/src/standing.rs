@@ -48,7 +48,7 @@ struct Standing {
     others_changed: u64,
     /// All wheels' speeds as the stretch began.
     speeds: Vec<f64>,
-    found: Option<Stuck>,
+    longest: Option<Stuck>,
 }
 
 impl Standing {
@@ -62,7 +62,7 @@ impl Standing {
             rows: 0,
             others_changed: 0,
             speeds: Vec::new(),
-            found: None,
+            longest: None,
         }
     }
 
@@ -103,11 +103,11 @@ impl Standing {
         if !stuck {
             return;
         }
-        let total_s = seconds + self.found.as_ref().map_or(0.0, |found| found.total_s);
-        match &mut self.found {
-            Some(found) if found.to_s - found.from_s >= seconds => found.total_s = total_s,
-            found => {
-                *found = Some(Stuck {
+        let total_s = seconds + self.longest.as_ref().map_or(0.0, |longest| longest.total_s);
+        match &mut self.longest {
+            Some(longest) if longest.to_s - longest.from_s >= seconds => longest.total_s = total_s,
+            longest => {
+                *longest = Some(Stuck {
                     column: self.column.clone(),
                     value: self.value,
                     line: self.line,
@@ -121,7 +121,7 @@ impl Standing {
 
     fn finish(mut self) -> Option<Stuck> {
         self.close();
-        self.found
+        self.longest
     }
 }
 

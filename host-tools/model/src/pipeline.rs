@@ -45,15 +45,15 @@ const BUCKET_LENGTHS_S: [f64; 5] = [1.0, 0.5, 0.25, 0.2, 0.1];
 /// Fewest buckets in a window: fewer leave no scatter to judge the error by.
 const FEWEST_BUCKETS: f64 = 8.0;
 
-/// The longest bucket that divides the window, s.
+/// The length bucket that divides the window, s.
 ///
 /// # Errors
 /// No bucket does, or the window would have more of them than there is room for.
 pub fn bucket_length(window_s: f64) -> Done<f64> {
     let divides = |bucket: f64| ((window_s / bucket).round() - window_s / bucket).abs() < 1e-9;
     let fits = |bucket: &f64| divides(*bucket) && window_s / bucket >= FEWEST_BUCKETS - 1e-9;
-    let found = BUCKET_LENGTHS_S.into_iter().find(fits).filter(|bucket| window_s / bucket <= BUCKETS as f64);
-    found.ok_or_else(|| {
+    let length = BUCKET_LENGTHS_S.into_iter().find(fits).filter(|bucket| window_s / bucket <= BUCKETS as f64);
+    length.ok_or_else(|| {
         Error::usage(format!(
             "--window {window_s}: expected 0.8 s to {} s, a multiple of 0.1 s (of 1 s above {} s)",
             BUCKETS,
@@ -217,10 +217,10 @@ impl Method<f64> for AnyMethod {
         let parts = parts.into_iter().map(IntoIterator::into_iter);
         match self {
             Self::Window(method) => {
-                method.estimate_of(&total.window, parts.map(|part| part.map(|sums| &sums.window)), excess)
+                method.estimate_of(&total.window, parts.map(|sums| sums.map(|sums| &sums.window)), excess)
             }
             Self::Roots(method) => {
-                method.estimate_of(&total.roots, parts.map(|part| part.map(|sums| &sums.roots)), excess)
+                method.estimate_of(&total.roots, parts.map(|sums| sums.map(|sums| &sums.roots)), excess)
             }
         }
     }

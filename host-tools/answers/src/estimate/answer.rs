@@ -178,7 +178,7 @@ fn headline(robot: &Robot, replay: &Replay) -> String {
             return format!("Payload about {} kg, {since}", figure(total.unwrap_or(empty) - empty));
         }
     };
-    let beyond = match window.range {
+    let range = match window.range {
         Some("below") => " or less: lighter than the robot without payload",
         Some("above") => " or more: heavier than the robot with its full payload",
         _ => "",
@@ -187,7 +187,7 @@ fn headline(robot: &Robot, replay: &Replay) -> String {
     let digits = (1.0 - (high - low).max(1e-3).log10().floor()).clamp(0.0, 3.0) as usize;
     let payload = |mass: f64| format!("{:.digits$}", (mass - empty).max(0.0));
     format!(
-        "Payload {} kg{beyond} ({} to {}, 95 %); total {total:.digits$} kg, {since}",
+        "Payload {} kg{range} ({} to {}, 95 %); total {total:.digits$} kg, {since}",
         payload(total),
         payload(low),
         payload(high)

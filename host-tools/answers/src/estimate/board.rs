@@ -241,7 +241,7 @@ impl<const K: usize> Columns<K> {
     /// The row of this very time.
     fn at(&mut self, time: f64) -> Result<Option<[f64; K]>> {
         let row = self.as_of(time)?;
-        Ok(row.filter(|_| self.row.is_some_and(|(found, _)| (found - time).abs() <= SAME_S)))
+        Ok(row.filter(|_| self.row.is_some_and(|(at, _)| (at - time).abs() <= SAME_S)))
     }
 }
 

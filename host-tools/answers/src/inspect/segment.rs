@@ -106,16 +106,16 @@ mod tests {
             let points = points((0..60).map(|k| f64::from(k / (60 / steps)) * 1.5 + noise()));
             let (penalty, shortest) = (0.3 + 0.05 * f64::from(trial), 3);
             let mut from = 0;
-            let mut found = -penalty;
+            let mut cost = -penalty;
             for end in pieces(&points, 1.0, penalty, shortest) {
                 assert!(end - from >= shortest);
                 let piece = &points[from..end];
                 let mean = piece.iter().map(|point| point.value).sum::<f64>() / piece.len() as f64;
-                found += piece.iter().map(|point| (point.value - mean).powi(2)).sum::<f64>() + penalty;
+                cost += piece.iter().map(|point| (point.value - mean).powi(2)).sum::<f64>() + penalty;
                 from = end;
             }
             let best = exhaustive(&points, penalty, shortest);
-            assert!((found - best).abs() < 1e-9, "trial {trial}: {found} for {best}");
+            assert!((cost - best).abs() < 1e-9, "trial {trial}: {cost} for {best}");
         }
     }
 

@@ -298,14 +298,14 @@ fn begun(blocks: &[Block]) -> u32 {
 /// Blocks as stretches of standing: start and end, s. What lies between two of them was no
 /// standing.
 fn stretches(blocks: &[Block]) -> Vec<(f64, f64)> {
-    let mut found: Vec<(f64, f64)> = Vec::new();
+    let mut stretches: Vec<(f64, f64)> = Vec::new();
     for block in blocks {
-        match found.last_mut() {
+        match stretches.last_mut() {
             Some(last) if block.stretches == 0 => last.1 = block.to_s,
-            _ => found.push((block.from_s, block.to_s)),
+            _ => stretches.push((block.from_s, block.to_s)),
         }
     }
-    found
+    stretches
 }
 
 /// Whether a level above the lowest looks like motion in a log that does not tell: it recurs, and

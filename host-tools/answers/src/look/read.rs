@@ -32,7 +32,7 @@ struct Places {
 
 impl Places {
     fn of(names: &[&str], log: &Path, robot: &Robot) -> Self {
-        let place = |name: &str| names.iter().position(|own| *own == name);
+        let place = |name: &str| names.iter().position(|other| *other == name);
         let is_wheel = |name: &str| name.starts_with("wheel") && name.ends_with("_rad_s");
         let wheels: Vec<usize> = (0..names.len()).filter(|&at| is_wheel(names[at])).collect();
         Self {

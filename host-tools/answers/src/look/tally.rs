@@ -198,7 +198,7 @@ mod tests {
                 tally.add(&Moment { time_s: 80.0, ..moment });
             }
         }
-        let near = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-9, "{found} {expected}");
+        let near = |mean: f64, expected: f64| assert!((mean - expected).abs() < 1e-9, "{mean} {expected}");
         near(tally.resting.joules, 50.0);
         near(tally.moving.joules, 90.0);
         near(tally.joules, 140.0);

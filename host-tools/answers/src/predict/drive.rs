@@ -79,8 +79,8 @@ pub(super) fn frames(
         let elapsed = stretch.duration_s / parts;
         let gained = [0, 1].map(|axis| stretch.to[axis] - stretch.from[axis]);
         let acceleration = of_wheels(gained.map(|gained| gained / stretch.duration_s));
-        for part in 0..parts as u64 {
-            let share = (part as f64 + 0.5) / parts;
+        for piece in 0..parts as u64 {
+            let share = (piece as f64 + 0.5) / parts;
             let wheel_speed = of_wheels([0, 1].map(|axis| stretch.from[axis] + share * gained[axis]));
             follow.frame(&Frame {
                 leg: stretch.leg,

@@ -307,10 +307,10 @@ impl<const N: usize> Running for Models<N> {
         let outside = Outside { pitch: frame.slope_rad, ..Outside::UNKNOWN };
         let watts = self.variants.iter_mut().map(|(model, live, mass_kg)| {
             let Some(live) = live else { return model.power(&now.motion, *mass_kg).unwrap_or(0.0) };
-            let beyond = *mass_kg - robot.range.middle();
+            let above_middle = *mass_kg - robot.range.middle();
             live.correct(&sample, &outside, frame.elapsed);
-            live.follow(&now.motion, &robot.range, beyond);
-            let watts = live.respond(model, &now, &robot.range, beyond).power;
+            live.follow(&now.motion, &robot.range, above_middle);
+            let watts = live.respond(model, &now, &robot.range, above_middle).power;
             if watts.is_finite() { watts } else { 0.0 }
         });
         Some(Driven {

@@ -75,7 +75,7 @@ fn ramps(way: f64, speed: f64, acceleration: f64) -> ([f64; 3], f64) {
 
 /// The stretches of some legs.
 pub(super) fn stretches(legs: &[Leg], limits: &Limits) -> Vec<Stretch> {
-    let mut found = Vec::new();
+    let mut all = Vec::new();
     for (leg, wanted) in legs.iter().enumerate() {
         let mut drive = |way: f64, speed: f64, acceleration: f64, axis: usize, slope_rad: f64| {
             if way == 0.0 {
@@ -90,16 +90,16 @@ pub(super) fn stretches(legs: &[Leg], limits: &Limits) -> Vec<Stretch> {
             for (duration_s, from, to) in
                 [(durations[0], 0.0, 1.0), (durations[1], 1.0, 1.0), (durations[2], 1.0, 0.0)]
             {
-                found.push(Stretch { leg, duration_s, from: at(from), to: at(to), slope_rad });
+                all.push(Stretch { leg, duration_s, from: at(from), to: at(to), slope_rad });
             }
         };
         drive(wanted.turn_rad, limits.turn_rad_s, limits.turn_acceleration_rad_s2, 1, 0.0);
         let speed = wanted.speed_m_s.min(limits.speed_m_s);
         drive(wanted.distance_m, speed, limits.acceleration_m_s2, 0, wanted.slope_rad);
         let still = Stretch { leg, duration_s: wanted.pause_s, from: [0.0; 2], to: [0.0; 2], slope_rad: 0.0 };
-        found.push(still);
+        all.push(still);
     }
-    found
+    all
 }
 
 #[cfg(test)]
@@ -130,12 +130,12 @@ mod tests {
             slope_rad: 0.1,
             pause_s: 3.0,
         };
-        let found = stretches(&[leg], &limits);
+        let driven = stretches(&[leg], &limits);
         let way = |axis: usize| -> f64 {
-            found.iter().map(|one| 0.5 * (one.from[axis] + one.to[axis]) * one.duration_s).sum()
+            driven.iter().map(|one| 0.5 * (one.from[axis] + one.to[axis]) * one.duration_s).sum()
         };
-        assert!((way(0) + 2.0).abs() < 1e-12 && (way(1) - 1.5).abs() < 1e-12, "{found:?}");
-        assert_eq!(found.iter().map(|one| one.duration_s).sum::<f64>(), 2.0 + 6.0 + 3.0);
-        assert!(found[..3].iter().all(|one| one.slope_rad == 0.0) && found[4].slope_rad == 0.1);
+        assert!((way(0) + 2.0).abs() < 1e-12 && (way(1) - 1.5).abs() < 1e-12, "{driven:?}");
+        assert_eq!(driven.iter().map(|one| one.duration_s).sum::<f64>(), 2.0 + 6.0 + 3.0);
+        assert!(driven[..3].iter().all(|one| one.slope_rad == 0.0) && driven[4].slope_rad == 0.1);
     }
 }

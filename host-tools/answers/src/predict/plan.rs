@@ -168,8 +168,8 @@ impl<'a> Fields<'a> {
         let cell = self.cell(column);
         let value = cell.and_then(|cell| cell.parse::<f64>().ok()).filter(|value| is_one(*value));
         value.ok_or_else(|| {
-            let found = cell.map_or("nothing".to_owned(), |cell| format!("{cell:?}"));
-            Error::failed(format!("found {found}; expected {expected}"))
+            let cell = cell.map_or("nothing".to_owned(), |cell| format!("{cell:?}"));
+            Error::failed(format!("found {cell}; expected {expected}"))
                 .in_file(self.table.path)
                 .at_line(self.line)
                 .in_column(column)

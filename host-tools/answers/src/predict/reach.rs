@@ -80,7 +80,7 @@ pub fn reach(need: &Need, pack: &Pack<f64>, question: &Question) -> Result<Reach
     let by_ohm =
         available(question.charge, ohm + ohm_std) - available(question.charge, (ohm - ohm_std).max(0.0));
     let parts = [0.5 * by_charge, 0.5 * by_ohm, CAPACITY_STD * available_j];
-    let std = parts.iter().map(|part| part * part).sum::<f64>().sqrt();
+    let std = parts.iter().map(|std| std * std).sum::<f64>().sqrt();
     let spread = std.hypot((need.high_j - need.low_j) / (2.0 * NORMAL_95)).max(f64::MIN_POSITIVE);
     let normal = Normal::standard();
     let after = |energy: f64, charge: f64| pack.after(charge, energy, ohm * current);

@@ -30,7 +30,7 @@ impl Cost {
     fn std_j(&self) -> f64 {
         let driven = [self.std_parameters_j, self.std_mass_j, self.std_residual_j];
         let parts = driven.into_iter().chain([self.std_static_j, self.std_rows_j]);
-        parts.map(|part| part * part).sum::<f64>().sqrt()
+        parts.map(|share| share * share).sum::<f64>().sqrt()
     }
 }
 

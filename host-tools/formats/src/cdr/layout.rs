@@ -115,8 +115,8 @@ impl Expander<'_> {
             {
                 // Types of the language there; their parts are called as in ROS 2.
                 let kind = if name == "time" { Primitive::U32 } else { Primitive::I32 };
-                let part = |part: &str| (part.to_owned(), Layout::Number(kind));
-                Layout::Struct(vec![part("sec"), part("nanosec")])
+                let number = |name: &str| (name.to_owned(), Layout::Number(kind));
+                Layout::Struct(vec![number("sec"), number("nanosec")])
             }
             Type::Complex(kind) => {
                 let schema = self.schema;
@@ -153,9 +153,9 @@ fn find<'a>(schema: &'a MessageSchema, kind: &ComplexType, within: &str) -> Opti
     let same = |spec: &&MessageSpecification| short(&spec.name) == (package, name);
     let named = |spec: &&MessageSpecification| short(&spec.name).1 == name;
     let relative = matches!(kind, ComplexType::Relative { .. });
-    let found = schema.dependencies.iter().find(same);
+    let exact = schema.dependencies.iter().find(same);
     // `Header` alone means std_msgs/Header.
-    found.or_else(|| schema.dependencies.iter().find(named).filter(|_| relative))
+    exact.or_else(|| schema.dependencies.iter().find(named).filter(|_| relative))
 }
 
 fn primitive(kind: &BuiltInType) -> Primitive {

@@ -19,11 +19,11 @@ impl From<OsString> for Log {
         if Path::new(&argument).exists() {
             return whole(argument);
         }
-        let found = argument.to_str().and_then(|text| text.rsplit_once('=')).and_then(|(path, mass)| {
+        let weighed = argument.to_str().and_then(|text| text.rsplit_once('=')).and_then(|(path, mass)| {
             let mass = mass.trim().trim_end_matches("kg").trim_end();
             Some(Self { path: path.into(), mass_kg: Some(mass.parse().ok()?) })
         });
-        found.unwrap_or_else(|| whole(argument))
+        weighed.unwrap_or_else(|| whole(argument))
     }
 }
 

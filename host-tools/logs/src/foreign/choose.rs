@@ -58,7 +58,7 @@ pub fn choose(bag: &Bag, robot: &Robot) -> Result<Chosen> {
     let mut columns = Vec::new();
     let mut lacking = Vec::new();
     match wheels(bag, robot, &mut fields)? {
-        Some(found) => columns.extend(found),
+        Some(wheels) => columns.extend(wheels),
         None => {
             let named = drivers::hint(bag).map_or(String::new(), |hint| format!("; say {hint}"));
             lacking.push(format!(
@@ -251,19 +251,19 @@ pub(super) fn joints(bag: &Bag, count: usize, fields: &mut Fields) -> Result<Opt
     // A platform's own before one that joins it with an arm's.
     let is_platform = |place: usize| is_called(&bag.topics()[place], "platform/joint_states");
     places.sort_by_key(|&place| !is_platform(place));
-    let mut found = Vec::new();
+    let mut sets = Vec::new();
     for place in places {
         let names = bag.names(place).map_err(wrong)?;
         let is_there = |joint: &&str| names.iter().any(|name| name == joint);
         let has_all = |set: &Vec<Vec<&str>>| set.iter().flatten().all(is_there);
         if let Some(wheels) = wheel_joints(count).into_iter().find(has_all) {
-            found.push((place, wheels));
+            sets.push((place, wheels));
         }
     }
-    if let [(first, wheels), (second, _), ..] = &found[..]
+    if let [(first, wheels), (second, _), ..] = &sets[..]
         && (!is_platform(*first) || is_platform(*second))
     {
-        let names: Vec<&str> = found.iter().map(|(place, _)| bag.topics()[*place].name.as_str()).collect();
+        let names: Vec<&str> = sets.iter().map(|(place, _)| bag.topics()[*place].name.as_str()).collect();
         return Err(Error::failed(format!(
             "has several topics with the wheels' joints: {}; expected one named in [topics] of robot.toml, as in wheel_speeds = [\
              \"{}:velocity[{}]\", …]",
@@ -272,15 +272,15 @@ pub(super) fn joints(bag: &Bag, count: usize, fields: &mut Fields) -> Result<Opt
             wheels[0][0]
         )));
     }
-    if let Some((place, wheels)) = found.into_iter().next() {
+    if let Some((place, wheels)) = sets.into_iter().next() {
         let topic = &bag.topics()[place];
         let columns = wheels.iter().enumerate().map(|(wheel, joints)| {
-            let mut own = Vec::new();
+            let mut places = Vec::new();
             for joint in joints {
-                own.push(fields.place(field(topic, &format!("velocity[{joint}]"))?));
+                places.push(fields.place(field(topic, &format!("velocity[{joint}]"))?));
             }
             let expression =
-                if own.len() == 1 { Expression::Number(own[0], 1.0) } else { Expression::Mean(own) };
+                if places.len() == 1 { Expression::Number(places[0], 1.0) } else { Expression::Mean(places) };
             Ok(column(
                 speed_column(wheel),
                 expression,
@@ -341,10 +341,10 @@ fn named(topics: &Topics) -> Result<Option<Power>> {
             return Ok(Some(Power::Direct(parsed(&factors[0])?, *scale)));
         }
         terms => {
-            let part = |Term { scale, factors }: &Term| {
+            let product = |Term { scale, factors }: &Term| {
                 Ok(Part { fields: factors.iter().map(parsed).collect::<Result<_>>()?, scale: *scale })
             };
-            return Ok(Some(Power::Sum(terms.iter().map(part).collect::<Result<_>>()?)));
+            return Ok(Some(Power::Sum(terms.iter().map(product).collect::<Result<_>>()?)));
         }
     }
     match (&topics.voltage, &topics.current) {
@@ -395,8 +395,8 @@ pub(super) fn power(bag: &Bag, topics: &Topics) -> Result<Option<Power>> {
 /// Several of them.
 pub(super) fn battery(bag: &Bag) -> Result<Option<&Topic>> {
     let key = "voltage and current";
-    if let Some(found) = topic(bag, None, BATTERY_STATE, &BATTERIES, key)? {
-        return Ok(Some(found));
+    if let Some(battery) = topic(bag, None, BATTERY_STATE, &BATTERIES, key)? {
+        return Ok(Some(battery));
     }
     let all: Vec<&Topic> = bag.topics().iter().filter(|topic| is_of(topic, BATTERY_STATE)).collect();
     match all[..] {
@@ -487,12 +487,12 @@ fn tilt(bag: &Bag, fields: &mut Fields) -> Result<Option<Column>> {
                 .map(|axis| field(topic, &format!("transforms[{transform}].transform.rotation.{axis}")));
             let all = [x?, y?, z?, w?];
             let mut extractor = Extractor::new(topic, &[&all[0], &all[1]]).map_err(wrong)?;
-            let (mut left, mut is_tilted) = (LOOKED_AT, false);
+            let (mut remaining, mut is_tilted) = (LOOKED_AT, false);
             let read = bag.read(&[place], &mut |_, _, message| {
                 let numbers = extractor.numbers(message)?;
-                left -= usize::from(!numbers[0].is_nan());
+                remaining -= usize::from(!numbers[0].is_nan());
                 is_tilted |= numbers.iter().any(|number| number.abs() > 0.0);
-                Ok(left > 0 && !is_tilted)
+                Ok(remaining > 0 && !is_tilted)
             });
             read.map_err(wrong)?;
             if is_tilted {

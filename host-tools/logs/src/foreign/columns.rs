@@ -78,7 +78,7 @@ mod tests {
         };
         assert!((pitch(turned, 0.0) - 0.1).abs() < 1e-12);
         assert!(pitch(turned, -1.0).is_nan() && pitch([0.0; 4], 0.0).is_nan());
-        assert!(pitch(turned.map(|part| 0.6 * part), 0.0).is_nan(), "between two of opposite signs");
+        assert!(pitch(turned.map(|axis| 0.6 * axis), 0.0).is_nan(), "between two of opposite signs");
     }
 
     #[test]

@@ -44,13 +44,13 @@ pub(super) fn first(bag: &Bag, place: usize, paths: &[String]) -> Result<Vec<f64
     let topic = &bag.topics()[place];
     let fields = paths.iter().map(|path| field(topic, path)).collect::<Result<Vec<_>>>()?;
     let mut extractor = Extractor::new(topic, &fields.iter().collect::<Vec<_>>()).map_err(wrong)?;
-    let mut found = vec![f64::NAN; paths.len()];
+    let mut numbers = vec![f64::NAN; paths.len()];
     let read = bag.read(&[place], &mut |_, _, message| {
-        found.copy_from_slice(extractor.numbers(message)?);
+        numbers.copy_from_slice(extractor.numbers(message)?);
         Ok(false)
     });
     read.map_err(wrong)?;
-    Ok(found)
+    Ok(numbers)
 }
 
 /// Elements of an array in the first message of a topic, up to some.
@@ -79,12 +79,12 @@ fn each(bag: &Bag, place: usize, array: &str, voltage: &str, current: &str) -> R
 fn clearpath(bag: &Bag, place: usize) -> Result<Vec<Part>> {
     const HUSKY_CURRENTS: usize = 3;
     let currents = elements(bag, place, HUSKY_CURRENTS + 1, |at| format!("measured_currents[{at}]"))?;
-    let own = if currents == HUSKY_CURRENTS { HUSKY_CURRENTS } else { currents.min(1) };
-    let part = |at: usize| {
+    let drivers = if currents == HUSKY_CURRENTS { HUSKY_CURRENTS } else { currents.min(1) };
+    let of_driver = |at: usize| {
         let (voltage, current) = (format!("measured_voltages[{at}]"), format!("measured_currents[{at}]"));
         product(&bag.topics()[place], &voltage, &current)
     };
-    (0..own).map(part).collect()
+    (0..drivers).map(of_driver).collect()
 }
 
 /// Power as the sum over all drivers, by the first of these types that the bag has; empty if it has

@@ -30,12 +30,12 @@ pub fn glance(bag: &Bag, robot: &Robot) -> Result<Option<Chosen>> {
     let topics = robot.topics();
     let mut fields = Fields::default();
     let mut columns: Vec<Column> = Vec::new();
-    if let Some(found) = named_wheels(robot, &mut fields)? {
-        columns.extend(found);
-    } else if let Some(found) = drivers_wheels(bag, None, robot.wheels(), &mut fields)? {
-        columns.extend(found);
-    } else if let Some(found) = joints(bag, robot.wheels(), &mut fields)? {
-        columns.extend(found);
+    if let Some(wheels) = named_wheels(robot, &mut fields)? {
+        columns.extend(wheels);
+    } else if let Some(wheels) = drivers_wheels(bag, None, robot.wheels(), &mut fields)? {
+        columns.extend(wheels);
+    } else if let Some(wheels) = joints(bag, robot.wheels(), &mut fields)? {
+        columns.extend(wheels);
     } else if let Some(encoders) = bag.topics().iter().find(|topic| topic.kind == "wheel_encoders") {
         for (wheel, index) in [1, 0].into_iter().enumerate() {
             let place = fields.place(field(encoders, &format!("wheel_speed[{index}]"))?);
@@ -49,9 +49,9 @@ pub fn glance(bag: &Bag, robot: &Robot) -> Result<Option<Chosen>> {
         }
     }
     match power(bag, topics)? {
-        Some(Power::Direct(own, scale)) => {
-            let source = own.to_string();
-            columns.push(column(POWER, Expression::Number(fields.place(own), scale), source));
+        Some(Power::Direct(field, scale)) => {
+            let source = field.to_string();
+            columns.push(column(POWER, Expression::Number(fields.place(field), scale), source));
         }
         Some(Power::Product { voltage, current, scale, .. }) => {
             let source = current.topic.clone();

@@ -64,8 +64,8 @@ pub(super) fn is_of(topic: &Topic, kinds: &[&str]) -> bool {
 
 /// Whether a topic has this name, under whatever namespace.
 pub(super) fn is_called(topic: &Topic, name: &str) -> bool {
-    let own = topic.name.as_str();
-    own == name || own.strip_suffix(name).is_some_and(|before| before.ends_with('/'))
+    let whole = topic.name.as_str();
+    whole == name || whole.strip_suffix(name).is_some_and(|before| before.ends_with('/'))
 }
 
 /// The topic of one of these types with the first of these names; several with that name are none,
@@ -79,12 +79,12 @@ pub(super) fn find<'a>(
     names: &[&str],
 ) -> Result<Option<&'a Topic>, Vec<&'a str>> {
     for name in names {
-        let found: Vec<&Topic> =
+        let called: Vec<&Topic> =
             topics.iter().filter(|topic| is_of(topic, kinds) && is_called(topic, name)).collect();
-        match found[..] {
+        match called[..] {
             [] => {}
             [only] => return Ok(Some(only)),
-            _ => return Err(found.iter().map(|topic| topic.name.as_str()).collect()),
+            _ => return Err(called.iter().map(|topic| topic.name.as_str()).collect()),
         }
     }
     Ok(None)

@@ -72,8 +72,7 @@ pub fn forget(context: &Context, path: &Path) {
 /// What is wrong with one, its reader says. Pipes are left alone: they are opened in the order in
 /// which they are read.
 pub fn prepare(context: &Context, paths: &[PathBuf]) {
-    let stays =
-        |path: &&PathBuf| std::fs::metadata(path).is_ok_and(|found| found.is_file() || found.is_dir());
+    let stays = |path: &&PathBuf| std::fs::metadata(path).is_ok_and(|data| data.is_file() || data.is_dir());
     paths.par_iter().filter(stays).for_each(|path| drop(turned(context, path, false)));
 }
 
@@ -112,20 +111,20 @@ fn turned(context: &Context, path: &Path, is_opened: bool) -> Result<Option<Spoo
     }
     let version = (input.metadata().len(), input.metadata().modified().ok());
     let reading = context.reading::<Reading>();
-    let own = {
+    let log = {
         let known = context.kept::<Known>();
         let mut known = known.lock().unwrap_or_else(PoisonError::into_inner);
         Arc::clone(known.entry(path.to_owned()).or_default())
     };
     // Locked while it is read: whoever else of this call wants this log waits for it.
-    let mut own = own.lock().unwrap_or_else(PoisonError::into_inner);
-    let is_as_before = |own: &Turned| own.version == version && own.reading.as_ref() == reading;
-    if !own.as_ref().is_some_and(is_as_before) {
+    let mut log = log.lock().unwrap_or_else(PoisonError::into_inner);
+    let is_as_before = |log: &Turned| log.version == version && log.reading.as_ref() == reading;
+    if !log.as_ref().is_some_and(is_as_before) {
         let (spool, said) =
             turn(context, path, &input, format, reading).map_err(|error| error.in_file(path))?;
-        *own = Some(Turned { version, reading: reading.cloned(), spool, said });
+        *log = Some(Turned { version, reading: reading.cloned(), spool, said });
     }
-    let Some(turned) = own.as_mut() else { return Ok(None) };
+    let Some(turned) = log.as_mut() else { return Ok(None) };
     if is_opened {
         for line in std::mem::take(&mut turned.said) {
             context.notice(format_args!("{}: {line}", path.display()));

@@ -53,10 +53,10 @@ impl Chassis {
             core.downcast_ref::<T>().cloned().map(Box::new)
         }
         let core: &dyn Any = core;
-        let found = of(core).map(Self::One).or_else(|| of(core).map(Self::Two));
-        let found = found.or_else(|| of(core).map(Self::Three)).or_else(|| of(core).map(Self::Four));
-        let found = found.or_else(|| of(core).map(Self::Five)).or_else(|| of(core).map(Self::Six));
-        found.unwrap_or_else(|| panic!("{N} wheels; expected 1 to {MOST_WHEELS}"))
+        let chassis = of(core).map(Self::One).or_else(|| of(core).map(Self::Two));
+        let chassis = chassis.or_else(|| of(core).map(Self::Three)).or_else(|| of(core).map(Self::Four));
+        let chassis = chassis.or_else(|| of(core).map(Self::Five)).or_else(|| of(core).map(Self::Six));
+        chassis.unwrap_or_else(|| panic!("{N} wheels; expected 1 to {MOST_WHEELS}"))
     }
 
     /// The robot with this number of wheels.

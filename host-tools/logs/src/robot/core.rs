@@ -25,8 +25,8 @@ macro_rules! with_wheels {
             4 => $function::<4>($($argument),*),
             5 => $function::<5>($($argument),*),
             6 => $function::<6>($($argument),*),
-            found => Err(support::error::Error::failed(format!(
-                "robot {} has {found} wheels; expected 1 to 6",
+            wheels => Err(support::error::Error::failed(format!(
+                "robot {} has {wheels} wheels; expected 1 to 6",
                 $robot.name()
             ))),
         }

@@ -105,9 +105,9 @@ impl NodeSettings {
 
     /// What is wrong with it, for a robot of so many wheels, in words with what is allowed.
     pub(super) fn wrong(&self, wheels: usize) -> Option<String> {
-        let is_name = |part: &str| {
-            part.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_')
-                && part.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+        let is_name = |segment: &str| {
+            segment.starts_with(|first: char| first.is_ascii_alphabetic() || first == '_')
+                && segment.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
         };
         let is_topic = |name: &str| name.strip_prefix('/').is_some_and(|name| name.split('/').all(is_name));
         if let Some((key, name)) = self.topics().into_iter().find(|(_, name)| !is_topic(name)) {

@@ -258,8 +258,8 @@ struct Value<'a, T> {
 }
 
 impl<T> Value<'_, T> {
-    fn wrong(&self, found: &str, expected: &str) -> Error {
-        at(self.text, &self.span, format!("{} = {found}; expected {expected}", self.key))
+    fn wrong(&self, value: &str, expected: &str) -> Error {
+        at(self.text, &self.span, format!("{} = {value}; expected {expected}", self.key))
     }
 }
 
@@ -289,9 +289,9 @@ impl<'a> File<'a> {
         match read(spanned.get_ref()) {
             Some(value) => Ok(Some(Value { value, key, text: self.text, span })),
             None => {
-                let found = &self.text[span.clone()];
+                let value = &self.text[span.clone()];
                 Err(Value { value: (), key, text: self.text, span }
-                    .wrong(found.lines().next().unwrap_or(""), expected))
+                    .wrong(value.lines().next().unwrap_or(""), expected))
             }
         }
     }

@@ -36,8 +36,8 @@ pub(super) enum Quantity {
 
 impl Quantity {
     fn units(self) -> String {
-        let own = UNITS.iter().filter(|(_, quantity, _)| *quantity == self).map(|(name, ..)| *name);
-        own.collect::<Vec<_>>().join(", ")
+        let names = UNITS.iter().filter(|(_, quantity, _)| *quantity == self).map(|(name, ..)| *name);
+        names.collect::<Vec<_>>().join(", ")
     }
 }
 
@@ -77,7 +77,7 @@ impl Signal {
     /// Refuses a unit of something else.
     pub(super) fn must_be(self, quantity: Quantity, key: &str) -> Result<Self, String> {
         match self.quantity {
-            Some(own) if own != quantity => Err(format!(
+            Some(given) if given != quantity => Err(format!(
                 "{key} {} has a unit of something else; expected of {}",
                 self.field,
                 quantity.units()
@@ -140,13 +140,13 @@ impl TryFrom<Value> for Sum {
             one => vec![one],
         };
         let mut terms = Vec::new();
-        for part in parts {
-            match part {
+        for value in parts {
+            match value {
                 Value::Table(table) if table.contains_key("voltage") || table.contains_key("current") => {
                     product(table, &mut terms)?;
                 }
-                part => {
-                    let signal = Signal::try_from(part)?.must_be(Quantity::Power, "power")?;
+                value => {
+                    let signal = Signal::try_from(value)?.must_be(Quantity::Power, "power")?;
                     terms.push(Term { scale: signal.scale, factors: vec![signal] });
                 }
             }

@@ -132,7 +132,7 @@ impl LogUnits {
 
     /// The total mass that somebody weighed with this log, kg.
     pub fn mass_of(&self, log: &Path) -> Option<f64> {
-        self.masses.iter().find(|(own, _)| own == log).map(|(_, mass)| *mass)
+        self.masses.iter().find(|(weighed, _)| weighed == log).map(|(_, mass)| *mass)
     }
 
     /// Refuses what a robot cannot have.

@@ -37,7 +37,7 @@ pub(super) fn suspicion(quantity: Quantity, moving: &[&Row]) -> Option<Suspicion
     let greatest = values.iter().copied().fold(0.0, f64::max);
     let is_greatest = |value: &f64| *value == greatest;
     let times =
-        values.chunk_by(|a, b| is_greatest(a) == is_greatest(b)).filter(|part| is_greatest(&part[0])).count();
+        values.chunk_by(|a, b| is_greatest(a) == is_greatest(b)).filter(|run| is_greatest(&run[0])).count();
     let mut sorted = values.clone();
     sorted.sort_by(f64::total_cmp);
     let finest = sorted
@@ -45,12 +45,11 @@ pub(super) fn suspicion(quantity: Quantity, moving: &[&Row]) -> Option<Suspicion
         .map(|pair| pair[1] - pair[0])
         .filter(|step| *step > 0.0)
         .fold(f64::INFINITY, f64::min);
-    let met = |part: &[f64]| part.len();
+    let met = |run: &[f64]| run.len();
     let same = || sorted.chunk_by(|a, b| a == b);
     let at_greatest = same().next_back().map_or(0, met);
     // Drives that cannot feed back are at 0 as often as they like.
-    let elsewhere =
-        same().filter(|part| part[0] != 0.0 && !is_greatest(&part[0])).map(met).max().unwrap_or(0);
+    let elsewhere = same().filter(|run| run[0] != 0.0 && !is_greatest(&run[0])).map(met).max().unwrap_or(0);
     let ends = at_greatest >= LEAST_ROWS.max(OFTENER * elsewhere) && times >= LEAST_TIMES;
     if !ends || finest > COARSE * greatest {
         return None;

@@ -29,12 +29,12 @@ impl Masses {
     }
 
     pub(super) fn suspicions(&self, robot: &Robot) -> Vec<Suspicion> {
-        let mut found = Vec::new();
+        let mut suspicions = Vec::new();
         if let Some((least, most)) = self.range {
-            found.extend(of_range(robot, least, most));
+            suspicions.extend(of_range(robot, least, most));
             let share = self.untold as f64 / (self.told + self.untold) as f64;
             if share > STRAY {
-                found.push(Suspicion {
+                suspicions.push(Suspicion {
                     kind: Kind::Unlabelled,
                     text: format!("mass_kg is empty in {:.1} % of the rows", 100.0 * share),
                     remedy: "write the total mass into every row of a training log, or leave those rows out"
@@ -42,7 +42,7 @@ impl Masses {
                 });
             }
         }
-        found
+        suspicions
     }
 }
 
@@ -53,24 +53,24 @@ fn of_range(robot: &Robot, least: f64, most: f64) -> Option<Suspicion> {
     if fits(1.0) {
         return None;
     }
-    let found = if least == most { format!("{least} kg") } else { format!("{least} to {most} kg") };
-    let found = format!("mass_kg is {found}, but robot.toml has {empty} to {full} kg for {}", robot.name());
+    let masses = if least == most { format!("{least} kg") } else { format!("{least} to {most} kg") };
+    let text = format!("mass_kg is {masses}, but robot.toml has {empty} to {full} kg for {}", robot.name());
     let (text, remedy) = if fits(MassUnit::Gram.in_kg()) {
-        (format!("{found}: the masses look like grams"), "read them with --mass-unit g")
+        (format!("{text}: the masses look like grams"), "read them with --mass-unit g")
     } else if most <= (full - empty) * (1.0 + SPREAD) && least < empty {
         (
-            format!("{found}: this looks like the payload alone"),
+            format!("{text}: this looks like the payload alone"),
             "write the total mass, the robot and what it carries, or correct mass_no_load_kg",
         )
     } else if fits(0.5) {
         (
-            format!("{found}: twice what it can be?"),
+            format!("{text}: twice what it can be?"),
             "write the total mass, the robot and what it carries once, or correct mass_full_load_kg",
         )
     } else if fits(MassUnit::Pound.in_kg()) {
-        (format!("{found}: the masses look like pounds"), "read them with --mass-unit lb")
+        (format!("{text}: the masses look like pounds"), "read them with --mass-unit lb")
     } else {
-        (found, "correct the masses, or mass_no_load_kg and mass_full_load_kg in robot.toml")
+        (text, "correct the masses, or mass_no_load_kg and mass_full_load_kg in robot.toml")
     };
     Some(Suspicion { kind: Kind::Mass, text, remedy: remedy.to_owned() })
 }

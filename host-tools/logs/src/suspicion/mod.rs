@@ -53,26 +53,26 @@ impl<'a> Look<'a> {
     /// What there is to doubt.
     pub fn finish(self) -> Vec<Suspicion> {
         let moving: Vec<&thinned::Row> = self.rows.rows().iter().filter(|row| row.moves).collect();
-        let mut found = self.masses.suspicions(self.robot);
+        let mut suspicions = self.masses.suspicions(self.robot);
         // Fewer rows say nothing about units.
         if moving.len() < LEAST_ROWS {
-            return found;
+            return suspicions;
         }
         let power = powers::suspicion(self.robot, &moving);
         // Power in a different unit says nothing about what the speed costs.
         let standing = power.is_none().then(|| self.rows.standing_power_w());
         let speed = speeds::suspicion(self.robot, &moving, standing);
         let is_doubted = speed.is_some() || power.is_some();
-        found.extend(speed);
-        found.extend(power);
-        found.extend(signs::suspicion(self.robot, &moving));
-        found.extend(clipped::suspicion(clipped::Quantity::Power, &moving));
-        found.extend(clipped::suspicion(clipped::Quantity::Speed, &moving));
+        suspicions.extend(speed);
+        suspicions.extend(power);
+        suspicions.extend(signs::suspicion(self.robot, &moving));
+        suspicions.extend(clipped::suspicion(clipped::Quantity::Power, &moving));
+        suspicions.extend(clipped::suspicion(clipped::Quantity::Speed, &moving));
         if !is_doubted {
-            found.extend(self.cells.suspicion());
+            suspicions.extend(self.cells.suspicion());
         }
-        found.sort_by_key(|suspicion| suspicion.kind);
-        found
+        suspicions.sort_by_key(|suspicion| suspicion.kind);
+        suspicions
     }
 }
 

@@ -78,22 +78,22 @@ fn too_fast(robot: &Robot, fast: f64, speed: f64, reach: f64) -> Suspicion {
         Some(limit) => format!("robot.toml allows {limit} m/s"),
         None => format!("a robot of this size reaches {reach:.1} m/s"),
     };
-    let found = format!("wheels turn at {fast:.1} rad/s, which drives at {speed:.1} m/s, but {said}");
+    let symptom = format!("wheels turn at {fast:.1} rad/s, which drives at {speed:.1} m/s, but {said}");
     let explains = |unit: &SpeedUnit| {
         let factor = unit.in_rad_s(robot.wheel_radius_m());
         factor.is_some_and(|factor| factor * speed <= EXPLAINED * reach)
     };
     match [SpeedUnit::Rpm, SpeedUnit::DegPerS].iter().find(|unit| explains(unit)) {
         Some(SpeedUnit::Rpm) => of(
-            format!("{found}: the wheel speeds look like rpm, not rad/s"),
+            format!("{symptom}: the wheel speeds look like rpm, not rad/s"),
             "read them with --speed-unit rpm",
         ),
         Some(_) => of(
-            format!("{found}: the wheel speeds look like degrees per second, not rad/s"),
+            format!("{symptom}: the wheel speeds look like degrees per second, not rad/s"),
             "read them with --speed-unit deg/s",
         ),
         None => of(
-            found,
+            symptom,
             "check the unit of the wheel speeds, and wheel_radius_m and max_speed_m_s in robot.toml",
         ),
     }

@@ -94,15 +94,15 @@ mod tests {
         assert_eq!(refused([[1.0, 0.0], [0.0, -1.0]], 2), negative);
         let skewed = InvalidCovariance::Asymmetric { row: 1, column: 2, above: 0.5, below: 0.25 };
         assert_eq!(refused([[1.0, 0.5], [0.25, 1.0]], 2), skewed);
-        let beyond = InvalidCovariance::Correlation { row: 1, column: 2, correlation: -1.5 };
-        assert_eq!(refused([[4.0, -3.0], [-3.0, 1.0]], 2), beyond);
+        let refusal = InvalidCovariance::Correlation { row: 1, column: 2, correlation: -1.5 };
+        assert_eq!(refused([[4.0, -3.0], [-3.0, 1.0]], 2), refusal);
     }
 
     /// Rounding is mended, and nothing beyond it.
     #[test]
     fn a_fit_s_covariance_is_symmetric_and_not_negative() {
-        let found = DMatrix::from_row_slice(2, 2, &[1.0, 0.5, 0.5 + 1e-12, -1e-12]);
-        let mended = rounded(&found).unwrap();
+        let matrix = DMatrix::from_row_slice(2, 2, &[1.0, 0.5, 0.5 + 1e-12, -1e-12]);
+        let mended = rounded(&matrix).unwrap();
         assert_eq!(mended[(1, 1)], 0.0);
         assert_eq!(mended[(0, 1)], mended[(1, 0)]);
         for wrong in [[1.0, 0.5, 0.5, -0.1], [1.0, 0.5, 0.6, 1.0], [f64::NAN, 0.0, 0.0, 1.0]] {

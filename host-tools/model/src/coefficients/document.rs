@@ -203,11 +203,11 @@ impl Document {
             message: error.message().replace('\n', " "),
             line: error.span().map(|span| 1 + text[..span.start].matches('\n').count() as u64),
         })?;
-        let found = document.format;
-        if FORMATS.contains(&found) {
+        let format = document.format;
+        if FORMATS.contains(&format) {
             Ok(document)
         } else {
-            Err(InvalidCoefficients::Format { found, known: FORMATS })
+            Err(InvalidCoefficients::Format { format, known: FORMATS })
         }
     }
 

@@ -27,10 +27,10 @@ pub enum InvalidCoefficients {
         line: Option<u64>,
     },
     /// Of another version.
-    #[error("format {found}; expected {}, {}, {} or {}", .known[0], .known[1], .known[2], .known[3])]
+    #[error("format {format}; expected {}, {}, {} or {}", .known[0], .known[1], .known[2], .known[3])]
     Format {
         /// The version found.
-        found: u32,
+        format: u32,
         /// Those known here.
         known: [u32; 4],
     },
@@ -81,10 +81,10 @@ pub enum InvalidCoefficients {
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum Difference {
     /// The number of wheels.
-    #[error("fitted for a robot with {found} wheels; expected {expected}: wrong robot?")]
+    #[error("fitted for a robot with {wheels} wheels; expected {expected}: wrong robot?")]
     Wheels {
         /// As the file says.
-        found: usize,
+        wheels: usize,
         /// As the robot has.
         expected: usize,
     },
@@ -99,14 +99,14 @@ pub enum Difference {
         fitted: String,
     },
     /// A key of robot.toml that decides what the fit took for power and motion.
-    #[error("these coefficients are for another robot: {key} = {found} of {name}, but fitted with {fitted}")]
+    #[error("these coefficients are for another robot: {key} = {now} of {name}, but fitted with {fitted}")]
     Setting {
         /// The key.
         key: &'static str,
         /// The robot's name.
         name: String,
         /// What the robot's file says.
-        found: String,
+        now: String,
         /// What the coefficients say.
         fitted: String,
     },

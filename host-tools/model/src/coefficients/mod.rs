@@ -278,14 +278,14 @@ impl CoefficientsFile {
             matrix.row_iter().map(|row| row.iter().copied().collect()).collect()
         };
         let (verdict, why_not) = self.origin.usability.section();
-        let (parameters, own) = (parameters::named(model, scrubs), parameters::own(model));
-        let has_losses = own.iter().any(|(name, _)| [GEAR_LOSS.name, BRIDGE_DROP.name].contains(name));
+        let (parameters, traits) = (parameters::named(model, scrubs), parameters::traits(model));
+        let has_losses = traits.iter().any(|(name, _)| [GEAR_LOSS.name, BRIDGE_DROP.name].contains(name));
         Ok(Document {
             format: if has_losses || robot.conditioning().slip.rest != 0.0 {
                 FORMAT_WITH_GEAR
             } else if robot.conditioning().true_slip != 0.0 {
                 FORMAT_WITH_GYRO
-            } else if *robot.conditioning() == Conditioning::PLAIN && own.is_empty() {
+            } else if *robot.conditioning() == Conditioning::PLAIN && traits.is_empty() {
                 FORMAT
             } else {
                 FORMAT_WITH_TRAITS
@@ -295,7 +295,7 @@ impl CoefficientsFile {
             robot: robot::section(robot, self.origin.static_power_w, regeneration),
             parameters: parameters
                 .into_iter()
-                .chain(own)
+                .chain(traits)
                 .map(|(name, value)| (name.to_owned(), toml::Value::Float(value)))
                 .collect(),
             noise: NoiseSection::of(noise, *identifies_mass),
@@ -394,20 +394,20 @@ impl CoefficientsFile {
     /// # Errors
     /// A log is no longer what was fitted.
     pub fn logs_still_there(&self, context: &Context, file: &Path) -> Result<Vec<PathBuf>> {
-        let mut found = Vec::new();
+        let mut there = Vec::new();
         for log in &self.origin.logs {
             if log.is_there(file)? {
-                found.push(log.path.clone());
+                there.push(log.path.clone());
             }
         }
         let all = self.origin.logs.len();
-        if !found.is_empty() && found.len() < all {
+        if !there.is_empty() && there.len() < all {
             context.notice(format_args!(
                 "{}: {} of the {all} clean runs are no longer where they were, and are done without",
                 file.display(),
-                all - found.len()
+                all - there.len()
             ));
         }
-        Ok(found)
+        Ok(there)
     }
 }

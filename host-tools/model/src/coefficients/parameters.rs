@@ -75,14 +75,14 @@ pub(super) fn named(model: &Model<f64>, scrubs: bool) -> Vec<(&'static str, f64)
 }
 
 /// Names and values of what this torque model has of its own, beyond what all have.
-pub(super) fn own(model: &Model<f64>) -> Vec<(&'static str, f64)> {
+pub(super) fn traits(model: &Model<f64>) -> Vec<(&'static str, f64)> {
     let Model::Signed { torque, .. } = model else { return Vec::new() };
-    let own = [
+    let traits = [
         (IMBALANCE.name, torque.imbalance),
         (GEAR_LOSS.name, torque.gear_loss),
         (BRIDGE_DROP.name, torque.bridge_drop),
     ];
-    own.into_iter().filter(|(_, value)| *value != 0.0).collect()
+    traits.into_iter().filter(|(_, value)| *value != 0.0).collect()
 }
 
 /// The torque model's parameters that wheels have.
@@ -98,8 +98,8 @@ pub(super) fn model(
     drive: Drive,
 ) -> Result<Model<f64>, InvalidCoefficients> {
     let value = |quantity: &Quantity| {
-        let found = parameters.get(quantity.name).and_then(number);
-        found.ok_or(InvalidCoefficients::NoParameter { name: quantity.name })
+        let number = parameters.get(quantity.name).and_then(number);
+        number.ok_or(InvalidCoefficients::NoParameter { name: quantity.name })
     };
     match kind {
         ModelKind::Signed => {

@@ -32,7 +32,7 @@ pub(super) fn check(
     let setting = |key, now: &dyn ToString, fitted: &dyn ToString| Difference::Setting {
         key,
         name: robot.name().to_owned(),
-        found: now.to_string(),
+        now: now.to_string(),
         fitted: fitted.to_string(),
     };
     let close = |a: f64, b: f64| (a - b).abs() <= SAME * a.abs().max(b.abs());
@@ -100,8 +100,8 @@ fn core<const N: usize>(section: &RobotSection) -> Result<CoreRobot<f64, N>, Inv
     let wrong = |message: &str| InvalidCoefficients::Robot(message.to_owned());
     let rows = section.kinematics.iter().map(|row| <[f64; N]>::try_from(row.as_slice()));
     let rows: Vec<[f64; N]> = rows.collect::<Result<_, _>>().map_err(|_| {
-        let found = section.kinematics.first().map_or(0, Vec::len);
-        InvalidCoefficients::OtherRobot(Difference::Wheels { found, expected: N })
+        let wheels = section.kinematics.first().map_or(0, Vec::len);
+        InvalidCoefficients::OtherRobot(Difference::Wheels { wheels, expected: N })
     })?;
     let rows: [[f64; N]; 3] = rows.try_into().map_err(|_| wrong("kinematics: expected three rows"))?;
     let kinematics = Kinematics::from_rows(rows)

@@ -40,9 +40,9 @@ impl Fields<'_> {
     }
 
     pub(super) fn number(&self, key: &'static str) -> Result<f64, Unread> {
-        let found = self.detail.get(key).and_then(Value::as_f64);
+        let number = self.detail.get(key).and_then(Value::as_f64);
         let message = || format!("{} without {key}, or not a number; expected one in `detail`", self.id);
-        found.ok_or_else(|| (key, message()))
+        number.ok_or_else(|| (key, message()))
     }
 
     /// Static power that the sensor sees as well, W; none where only actuation is measured.
@@ -66,12 +66,12 @@ impl Fields<'_> {
             return self.term(term);
         }
         let both = self.list(key::COEFFICIENTS);
-        let Some([own, share]) = both.as_deref() else {
+        let Some([size, share]) = both.as_deref() else {
             let expected =
                 format!("{} with a half slip; expected coefficients = [its own, share] in `detail`", self.id);
             return Err((key::COEFFICIENTS, expected));
         };
-        Ok(vec![(Cause::Term(term), *own), (Cause::HalfSlip, *share)])
+        Ok(vec![(Cause::Term(term), *size), (Cause::HalfSlip, *share)])
     }
 
     /// Refuses an entry that lacks what tells one way from another.

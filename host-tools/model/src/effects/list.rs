@@ -42,15 +42,15 @@ pub fn find(id: &str) -> Option<&'static Entry> {
 
 /// Every candidate that some runs can show, and the effects that they cannot.
 pub fn candidates(scope: &Scope) -> (Vec<Candidate>, Vec<NotTestable>) {
-    let mut found = Vec::new();
+    let mut candidates = Vec::new();
     let mut missing = Vec::new();
     for entry in &ENTRIES {
         match entry.candidates(scope) {
-            Ok(ways) => found.extend(ways),
+            Ok(ways) => candidates.extend(ways),
             Err(reason) => missing.push(NotTestable { id: entry.id.to_owned(), reason }),
         }
     }
-    (found, missing)
+    (candidates, missing)
 }
 
 /// The size in the world of an effect's coefficient with its standard error, `with_base` being its

@@ -39,12 +39,12 @@ impl World {
     /// Of a robot's R and its base, with the covariance of as many of the base's parameters as
     /// there are rows.
     pub fn new([forward, _, turn]: [&[f64]; 3], torque: TorqueModel<f64>, covariance: DMatrix<f64>) -> Self {
-        let alike = forward.iter().all(|own| (own.abs() / forward[0].abs() - 1.0).abs() < ALIKE);
+        let alike = forward.iter().all(|entry| (entry.abs() / forward[0].abs() - 1.0).abs() < ALIKE);
         Self {
             torque,
             covariance,
             forward: alike.then_some(forward[0].abs()),
-            turn: turn.iter().fold(0.0, |most: f64, own| most.max(own.abs())),
+            turn: turn.iter().fold(0.0, |most: f64, entry| most.max(entry.abs())),
         }
     }
 }

@@ -100,9 +100,9 @@ impl Finding<'_> {
         let mut common = None;
         for regressor in &self.candidate.regressors {
             match regressor {
-                Regressor::Switch(_, own) => {
+                Regressor::Switch(_, of_open) => {
                     any_time = true;
-                    for (&run, at) in scene.open.iter().zip(own.iter()) {
+                    for (&run, at) in scene.open.iter().zip(of_open.iter()) {
                         times[run] = *at;
                     }
                     for (&run, at) in scene.locked.iter().zip(scene.locked_times.unwrap_or(&[])) {
@@ -148,11 +148,11 @@ impl Part {
             Where::In(runs) if runs.get(run).copied().unwrap_or(false) => None,
             Where::In(_) => return Ok(Vec::new()),
         };
-        let part = |effect: &Effect| {
+        let sized = |effect: &Effect| {
             let effect = effect.clone().with_size(size)?;
             at.map_or_else(|| Ok(effect.clone()), |at| effect.clone().with("at", at.max(0.0)))
         };
-        self.effects.iter().map(part).collect()
+        self.effects.iter().map(sized).collect()
     }
 }
 

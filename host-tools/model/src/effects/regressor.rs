@@ -81,8 +81,8 @@ impl Regressor {
     #[must_use]
     pub fn with_shape(&self, shape: f64) -> Self {
         let mut other = self.clone();
-        if let Some(own) = other.shape_mut() {
-            *own = shape;
+        if let Some(place) = other.shape_mut() {
+            *place = shape;
         }
         other
     }

@@ -104,15 +104,15 @@ fn every_candidate_is_written_as_what_it_was_fitted_as() {
         let read: Written = toml::from_str(&text).unwrap();
         assert_eq!(read, written, "{text}");
         let columns = columns(&[read], 2).unwrap();
-        let found: Vec<Option<Cause<f64>>> = columns.iter().map(|column| Some(column.cause)).collect();
-        assert_eq!(found, expected, "{text}");
+        let causes: Vec<Option<Cause<f64>>> = columns.iter().map(|column| Some(column.cause)).collect();
+        assert_eq!(causes, expected, "{text}");
         for column in columns.iter().filter(|column| column.cause != Cause::HalfSlip) {
             assert_eq!(id_of(&column.cause).0, written.id);
         }
         seen.push(written.id);
     }
     for id in ids() {
-        assert!(id == "payload-mislabel" || seen.iter().any(|own| own == id), "{id}");
+        assert!(id == "payload-mislabel" || seen.iter().any(|other| other == id), "{id}");
     }
 }
 
@@ -207,15 +207,15 @@ fn a_slope_is_what_the_world_has_whatever_the_drive_folds_in() {
     let torque = TorqueModel { inertia_gain: 0.8 / 0.75, gear_loss: 0.25, ..TorqueModel::default() };
     let world = World { torque, covariance, forward: Some(0.0165), turn: 0.2 };
     let slope = any("grade", Detail::Slope(Along::Ahead));
-    let found = physical(&slope, (0.04, 4e-4), &[], &world).unwrap();
-    assert!((found.value - 0.03_f64.asin()).abs() < 1e-9 && found.unit == "rad", "{found:?}");
-    assert!((found.std_err / (0.03 * 0.01 * 2.0_f64.sqrt()) - 1.0).abs() < 2e-3, "{found:?}");
+    let size = physical(&slope, (0.04, 4e-4), &[], &world).unwrap();
+    assert!((size.value - 0.03_f64.asin()).abs() < 1e-9 && size.unit == "rad", "{size:?}");
+    assert!((size.std_err / (0.03 * 0.01 * 2.0_f64.sqrt()) - 1.0).abs() < 2e-3, "{size:?}");
     let alike = [0.0, 0.0, 0.0, 0.0, 4e-4 * 0.01 * 0.8 / 0.75];
     assert!(physical(&slope, (0.04, 4e-4), &alike, &world).unwrap().std_err < 1e-6);
     // A sensor's offset is what it is.
     let offset = any("sensor-offset", Detail::Plain);
-    let found = physical(&offset, (0.2, 0.01), &[], &world).unwrap();
-    assert_eq!((found.value, found.std_err, found.unit.as_str()), (0.2, 0.01, "W"));
+    let size = physical(&offset, (0.2, 0.01), &[], &world).unwrap();
+    assert_eq!((size.value, size.std_err, size.unit.as_str()), (0.2, 0.01, "W"));
 }
 
 /// Rolling resistance passes the gear: with a loss of 0.25 the motor supplies 1.25 of its 0.008
@@ -224,8 +224,8 @@ fn a_slope_is_what_the_world_has_whatever_the_drive_folds_in() {
 fn an_offset_is_told_of_what_the_motor_supplies() {
     let torque = TorqueModel { rolling: 0.008, gear_loss: 0.25, ..TorqueModel::default() };
     let world = World { torque, covariance: DMatrix::zeros(0, 0), forward: Some(0.0165), turn: 0.2 };
-    let found = physical(&any("payload-offset", Detail::Plain), (0.001, 0.0), &[], &world).unwrap();
-    assert!((found.value - 0.1 * 0.0165 / 0.2).abs() < 1e-12 && found.unit == "m", "{found:?}");
+    let size = physical(&any("payload-offset", Detail::Plain), (0.001, 0.0), &[], &world).unwrap();
+    assert!((size.value - 0.1 * 0.0165 / 0.2).abs() < 1e-12 && size.unit == "m", "{size:?}");
 }
 
 /// A half slip that steps is a share already, no floor's friction; a floor that steps is one.
@@ -277,8 +277,8 @@ fn what_a_floor_may_lose_has_the_loss_of_the_gear() {
     (scope.base.gear_loss, scope.base.scrub) = (0.25, 0.2);
     let all = candidates(&scope).0;
     let least = |id: &str| {
-        let own = all.iter().filter(|candidate| candidate.id == id);
-        own.map(|candidate| candidate.range.0).fold(f64::INFINITY, f64::min)
+        let of_id = all.iter().filter(|candidate| candidate.id == id);
+        of_id.map(|candidate| candidate.range.0).fold(f64::INFINITY, f64::min)
     };
     assert!((least("rolling-resistance-change") + 0.0125).abs() < 1e-12);
     assert!((least("turning-scrub") + 0.25).abs() < 1e-12);

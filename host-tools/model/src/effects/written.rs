@@ -86,9 +86,9 @@ pub fn columns(effects: &[Written], wheels: usize) -> Result<Columns<f64>, Wrong
     let mut all = Vec::new();
     let mut owners = Vec::new();
     for (place, effect) in effects.iter().enumerate() {
-        let own = effect.columns().map_err(|(key, message)| Wrong { place, key, message })?;
-        owners.extend(own.iter().map(|_| place));
-        all.extend(own);
+        let of_effect = effect.columns().map_err(|(key, message)| Wrong { place, key, message })?;
+        owners.extend(of_effect.iter().map(|_| place));
+        all.extend(of_effect);
     }
     Columns::new(&all, wheels).map_err(|invalid| {
         let of = |column: usize| owners.get(column).copied().unwrap_or(0);
