@@ -60,7 +60,11 @@ impl<'de> Visitor<'de> for Members<'_> {
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> std::result::Result<(), A::Error> {
         // Members come in the schema's order, mostly.
         let mut expected = 0;
-        while let Some(place) = map.next_key_seed(Place { names: self.names, expected })? {
+        let place = |expected: usize, name: &str| match self.names.get(expected) {
+            Some(next) if next == name => Some(expected),
+            _ => self.names.iter().position(|here| here == name),
+        };
+        while let Some(place) = map.next_key_seed(Name(|name: &str| place(expected, name)))? {
             let value: &RawValue = map.next_value()?;
             if let Some(place) = place {
                 self.row[place] = cell(value.get()).map_err(A::Error::custom)?;
@@ -71,32 +75,26 @@ impl<'de> Visitor<'de> for Members<'_> {
     }
 }
 
-/// Where a name stands among these.
-struct Place<'a> {
-    names: &'a [String],
-    expected: usize,
-}
+/// What is made of a member's name.
+pub(crate) struct Name<F>(pub(crate) F);
 
-impl<'de> DeserializeSeed<'de> for Place<'_> {
-    type Value = Option<usize>;
+impl<'de, T, F: FnOnce(&str) -> T> DeserializeSeed<'de> for Name<F> {
+    type Value = T;
 
-    fn deserialize<D: Deserializer<'de>>(self, from: D) -> std::result::Result<Option<usize>, D::Error> {
+    fn deserialize<D: Deserializer<'de>>(self, from: D) -> std::result::Result<T, D::Error> {
         from.deserialize_str(self)
     }
 }
 
-impl Visitor<'_> for Place<'_> {
-    type Value = Option<usize>;
+impl<T, F: FnOnce(&str) -> T> Visitor<'_> for Name<F> {
+    type Value = T;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("a name")
     }
 
-    fn visit_str<E>(self, name: &str) -> std::result::Result<Option<usize>, E> {
-        if self.names.get(self.expected).is_some_and(|expected| expected == name) {
-            return Ok(Some(self.expected));
-        }
-        Ok(self.names.iter().position(|here| here == name))
+    fn visit_str<E>(self, name: &str) -> std::result::Result<T, E> {
+        Ok((self.0)(name))
     }
 }
 

@@ -8,7 +8,7 @@ use serde_json::value::RawValue;
 
 use crate::error::Result;
 use crate::field::Step;
-use crate::json::{finite, no_json};
+use crate::json::{Name, finite, no_json};
 
 /// Where an object has the names of its arrays' elements (`sensor_msgs/JointState`).
 const NAMES: &str = "name";
@@ -117,7 +117,11 @@ impl<'de> Visitor<'de> for Walking<'_> {
         let has_names = next.iter().any(|(_, next)| next.by_name());
         // Their names may come behind them.
         let (mut names, mut named) = (None::<&RawValue>, Vec::new());
-        while let Some(Found { place, is_names }) = map.next_key_seed(Key { next })? {
+        let place = |name: &str| {
+            let is_it = |(step, _): &(Step, JsonWalk)| matches!(step, Step::Member(member) if member == name);
+            (next.iter().position(is_it), name == NAMES)
+        };
+        while let Some((place, is_names)) = map.next_key_seed(Name(place))? {
             let wanted = place.map(|place| (place, &next[place].1));
             if let Some((_, next)) = wanted {
                 next.forget(self.numbers);
@@ -219,37 +223,6 @@ fn is_text(value: &RawValue, text: &str) -> bool {
         Some(plain) if !plain.contains('\\') => plain == text,
         Some(_) => serde_json::from_str::<String>(written).is_ok_and(|unescaped| unescaped == text),
         None => false,
-    }
-}
-
-/// A member's name, held against those that are wanted.
-struct Key<'a> {
-    next: &'a [(Step, JsonWalk)],
-}
-
-struct Found {
-    place: Option<usize>,
-    is_names: bool,
-}
-
-impl<'de> DeserializeSeed<'de> for Key<'_> {
-    type Value = Found;
-
-    fn deserialize<D: Deserializer<'de>>(self, from: D) -> std::result::Result<Found, D::Error> {
-        from.deserialize_str(self)
-    }
-}
-
-impl Visitor<'_> for Key<'_> {
-    type Value = Found;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("a name")
-    }
-
-    fn visit_str<E>(self, name: &str) -> std::result::Result<Found, E> {
-        let is_it = |(step, _): &(Step, JsonWalk)| matches!(step, Step::Member(member) if member == name);
-        Ok(Found { place: self.next.iter().position(is_it), is_names: name == NAMES })
     }
 }
 
