@@ -144,8 +144,8 @@ pub fn on_locked(
     parameters: usize,
 ) -> Confirmed {
     let locked = runs.subset(&split.locked);
-    let lag = open.twin.lag;
-    let twin = Twin { runs: &locked, drive: base.drive, lag, early: 0.0 };
+    let lag = open.twin.clean_delay;
+    let twin = Twin { clean_delay: lag, ..Twin::new(&locked, base.drive) };
     let start = State { torque: base.torque, effects: Vec::new() };
     let before = twin.residual(&start);
     // Effects of single runs are those of the runs they were found in: none of these.
@@ -214,7 +214,7 @@ struct Misfit {
 
 impl Misfit {
     fn of(clean: &Runs, base: &Base, lag: f64, parameters: usize) -> Self {
-        let twin = Twin { runs: clean, drive: base.drive, lag, early: 0.0 };
+        let twin = Twin { clean_delay: lag, ..Twin::new(clean, base.drive) };
         let state = State { torque: base.torque, effects: Vec::new() };
         let left = twin.residual(&state);
         let rows = left.iter().map(Vec::len).sum::<usize>() as f64;

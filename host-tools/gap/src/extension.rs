@@ -76,7 +76,7 @@ pub fn of(runs: &Runs, report: &Report, kept: &[bool], base: &Noise<f64>) -> Opt
     let (joint, drive) = (report.covariance.as_ref()?, report.basis.as_ref()?.drive);
     let open = runs.subset(&report.split.open);
     // Estimators know of no lag.
-    let twin = Twin { runs: &open, drive, lag: 0.0, early: 0.0 };
+    let twin = Twin::new(&open, drive);
     let parameters = joint.nrows() - report.state.effects.len();
     let columns = report
         .effects

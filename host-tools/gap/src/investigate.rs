@@ -19,8 +19,8 @@ use residuals::late;
 use residuals::name::hypothesis::Hypothesis;
 use residuals::name::{Choice, name, with_locked};
 use residuals::problem::Problem;
+use residuals::problem::clean_delay;
 use residuals::problem::fit::Fitted;
-use residuals::problem::lag;
 use residuals::problem::open::{open_problem, precision};
 use residuals::scope::candidates;
 use residuals::split;
@@ -41,7 +41,7 @@ pub fn investigate(runs: &Runs, clean: Option<&Runs>, base: &Base, options: &Opt
     let split = split::by_run(runs)?;
     let field = runs.subset(&split.open);
     let open = field.with_clean(clean);
-    let lag = clean.map_or(0.0, |clean| lag::of_clean(clean, base));
+    let lag = clean.map_or(0.0, |clean| clean_delay::estimate(clean, base));
     let parameters = base.torque.to_array().len() - usize::from(!runs.robot.scrubs());
     let (mut list, mut not_testable) = candidates(&field, base);
     list.extend_from_slice(&options.user.candidates);
@@ -59,8 +59,8 @@ pub fn investigate(runs: &Runs, clean: Option<&Runs>, base: &Base, options: &Opt
     let shown = clean_structure.unwrap_or(0.0);
     let (threshold, in_runs) = (by_noise.max(shown), by_noise.max(MARGIN * shown));
     let misfit = (in_runs / by_noise).powi(2);
-    let options = &Options { threshold, in_runs: in_runs / threshold, misfit, ..options.clone() };
-    let twin = Twin { runs: &open, drive: base.drive, lag, early: 0.0 };
+    let options = &Options { threshold, search_factor: in_runs / threshold, misfit, ..options.clone() };
+    let twin = Twin { clean_delay: lag, ..Twin::new(&open, base.drive) };
     let problem = open_problem(twin, &[], base, parameters, &list, options);
     let found = search(&problem, &list, by_noise, options);
     let early = late::in_whole_rows(found.delay().unwrap_or(0.0), field.period_s);
@@ -69,16 +69,16 @@ pub fn investigate(runs: &Runs, clean: Option<&Runs>, base: &Base, options: &Opt
         (problem, found)
     } else {
         in_time = late::in_time(&field, early).with_clean(clean);
-        let twin = Twin { runs: &in_time, early, ..twin };
+        let twin = Twin { runs: &in_time, removed_delay: early, ..twin };
         let again = open_problem(twin, &late::known(early), base, parameters, &list, options);
         let found_again = search(&again, &list, by_noise, options);
         if found_again.delay().is_some() { (again, found_again) } else { (problem, found) }
     };
     if !found.ties.is_empty() {
         let order: Vec<usize> = split.open.iter().chain(&split.locked).copied().collect();
-        let early = problem.twin.early;
+        let early = problem.twin.removed_delay;
         let all = late::in_time(&runs.subset(&order), early).with_clean(clean);
-        let twin = Twin { runs: &all, early, ..twin };
+        let twin = Twin { runs: &all, removed_delay: early, ..twin };
         let all = open_problem(twin, &late::known(early), base, parameters, &list, options);
         found.part(&all, options.threshold);
     }
@@ -97,7 +97,7 @@ pub fn investigate(runs: &Runs, clean: Option<&Runs>, base: &Base, options: &Opt
     if found.verdict.stands() && confirmed.closed.is_some() {
         let locked = runs.subset(&split.locked);
         let in_time = late::in_time(&locked, early).with_clean(clean);
-        let twin = Twin { runs: &in_time, early, ..twin };
+        let twin = Twin { runs: &in_time, removed_delay: early, ..twin };
         let asked = open_problem(twin, &late::known(early), base, parameters, &list, options);
         let residuals = confirmed.residuals.each_ref().map(|left| late::earlier(&locked, left, early));
         confirmed.share = ConfirmedShare::of(&asked, &residuals);
@@ -195,7 +195,7 @@ fn search(problem: &Problem<'_>, list: &[Candidate], by_noise: f64, options: &Op
         let structure = structure(problem, &found.state, list, &found.named);
         let shape_test = shape_test(problem, &found.state);
         let allowed = (options.threshold.powi(2) + options.tolerance * gained).sqrt();
-        let in_shape = shape_test.powi(2) <= problem.beyond(SHAPE).powi(2) + SHAPE_TOLERANCE * gained;
+        let in_shape = shape_test.powi(2) <= problem.inflated(SHAPE).powi(2) + SHAPE_TOLERANCE * gained;
         if structure.greatest <= allowed && in_shape {
             found.rounds.push(Round {
                 structure: structure.greatest,

@@ -1,4 +1,4 @@
-//! What a base cannot part from its own parameters, whatever the field shows.
+//! Effects that a base cannot distinguish from its own parameters.
 
 use logs::runs::Runs;
 use model::effects::{Candidate, NotTestable};
@@ -6,12 +6,12 @@ use model::effects::{Candidate, NotTestable};
 use super::thresholds::problem::ONE_MASS;
 use super::types::{Round, Scored, Status};
 
-/// Effects that are no findings with a base that was fitted to these total masses, kg; to those of
-/// the runs where there are none.
+/// Effects that cannot be identified with a base fitted to these total masses, kg; to those of the
+/// runs where there are none.
 ///
-/// With one mass the friction that grows with it and the friction that does not are one: what a
-/// kilogram more would do to the power is then a guess, and a mass that was noted wrongly stands
-/// for whatever differs (−58.7 kg was ice).
+/// With one mass, friction that grows with mass cannot be distinguished from friction that does
+/// not. The effect of a kilogram is then a guess, and a wrong mass explains any difference (−58.7
+/// kg was ice).
 pub fn unidentifiable(masses_kg: &[f64], runs: &Runs) -> Vec<NotTestable> {
     if !has_one_mass(masses_kg, runs) {
         return Vec::new();
@@ -21,15 +21,15 @@ pub fn unidentifiable(masses_kg: &[f64], runs: &Runs) -> Vec<NotTestable> {
     vec![NotTestable { id: "payload-mislabel".to_owned(), reason: reason.to_owned() }]
 }
 
-/// What names may stand for as well with a base of one mass: more friction on one side is a drag
-/// there, or another floor that the sides meet unequally, which only a second payload tells apart.
-/// Ids of what was a plausible hypothesis of these rounds.
+/// Ids of effects that the names may stand for as well with a base of one mass, if they were
+/// plausible in these rounds. More friction on one side is a drag, or another floor that the sides
+/// meet unequally: only a second payload distinguishes them.
 pub fn also_with_one_mass(named: &[Candidate], rounds: &[Round]) -> Vec<String> {
     let floor = "rolling-resistance-change";
     let is_plausible = |scored: &Scored| {
         scored.id == floor && scored.gain > 0.0 && matches!(scored.status, Status::Worse | Status::Tie)
     };
-    let drags = named.iter().any(|own| own.id == "wheel-drag");
+    let drags = named.iter().any(|effect| effect.id == "wheel-drag");
     let could_be = rounds.iter().flat_map(|round| &round.candidates).any(is_plausible);
     if drags && could_be { vec![floor.to_owned()] } else { Vec::new() }
 }
@@ -37,8 +37,8 @@ pub fn also_with_one_mass(named: &[Candidate], rounds: &[Round]) -> Vec<String> 
 /// Whether a base that was fitted to these total masses, kg, or to those of the runs where there
 /// are none, knows one mass only.
 pub fn has_one_mass(masses_kg: &[f64], runs: &Runs) -> bool {
-    let own: Vec<f64> = runs.runs.iter().flat_map(|run| &run.rows).map(|row| row.mass).collect();
-    let known = if masses_kg.is_empty() { &own } else { masses_kg };
+    let of_runs: Vec<f64> = runs.runs.iter().flat_map(|run| &run.rows).map(|row| row.mass).collect();
+    let known = if masses_kg.is_empty() { &of_runs } else { masses_kg };
     let (low, high) =
         known.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), mass| (low.min(*mass), high.max(*mass)));
     high - low <= ONE_MASS * high
@@ -68,8 +68,8 @@ mod tests {
     #[test]
     fn a_base_of_one_mass_finds_no_wrong_one() {
         let ids = |base: &[f64], field| {
-            let found = unidentifiable(base, &runs(field));
-            found.into_iter().map(|missing| missing.id).collect::<Vec<_>>()
+            let effects = unidentifiable(base, &runs(field));
+            effects.into_iter().map(|missing| missing.id).collect::<Vec<_>>()
         };
         assert_eq!(ids(&[75.0], [75.0, 90.0]), ["payload-mislabel"]);
         assert_eq!(ids(&[75.0, 76.0], [75.0, 90.0]), ["payload-mislabel"]);

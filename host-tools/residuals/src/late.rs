@@ -1,8 +1,8 @@
-//! Power that comes late, set earlier.
+//! Delayed power, set earlier.
 //!
-//! What the base gets wrong is as late as the rest of the measured power. Told of clean runs it is
-//! in time, and moves a delay of the runs in question by a tenth of a row or more. So where a delay
-//! was found, the question is asked again of runs that are in time.
+//! The base's errors are delayed like the rest of the measured power, but clean runs show them in
+//! time: that moves a fitted delay of the field runs by a tenth of a row or more. So after a delay
+//! is detected, the analysis is repeated on runs with the delay taken out.
 
 use logs::runs::{Row, Runs};
 use model::effects::Regressor;
@@ -10,26 +10,30 @@ use model::effects::Regressor;
 use super::noise::whiten::Signal;
 use super::twin::delayed;
 
-/// A delay in whole rows of `period_s` seconds, s: parts of one are left to the model, for setting
-/// measured power earlier by them would smooth its noise.
+/// A delay in whole rows of `period_s` seconds, s. Fractions of a row are left to the model: setting
+/// measured power earlier by a fraction would smooth its noise.
 pub fn in_whole_rows(delay: f64, period_s: f64) -> f64 {
     (delay / period_s).round() * period_s
 }
 
-/// The delay as an effect that is known, if there is any.
-pub fn known(early: f64) -> Vec<(Regressor, f64)> {
-    if early == 0.0 { Vec::new() } else { vec![(Regressor::Delay, early)] }
+/// A known delay as an effect; none for 0.
+pub fn known(delay: f64) -> Vec<(Regressor, f64)> {
+    if delay == 0.0 { Vec::new() } else { vec![(Regressor::Delay, delay)] }
 }
 
-/// A value a row of some runs, set earlier by `early` s.
-pub fn earlier(runs: &Runs, signal: &Signal, early: f64) -> Signal {
-    runs.runs.iter().zip(signal).map(|(run, values)| delayed(run, values, -early)).collect()
+/// A signal, set earlier by `delay` s.
+pub fn earlier(runs: &Runs, signal: &Signal, delay: f64) -> Signal {
+    runs.runs.iter().zip(signal).map(|(run, values)| delayed(run, values, -delay)).collect()
 }
 
-/// The runs with their power set earlier by `early` s.
-pub fn in_time(runs: &Runs, early: f64) -> Runs {
+/// The runs with their power set earlier by `delay` s.
+pub fn in_time(runs: &Runs, delay: f64) -> Runs {
     let power = runs.runs.iter().map(|run| run.rows.iter().map(|row| row.power).collect()).collect();
-    let power = earlier(runs, &power, early);
+    with_power(runs, earlier(runs, &power, delay))
+}
+
+/// The runs with another measured power.
+pub fn with_power(runs: &Runs, power: Signal) -> Runs {
     let mut runs = runs.clone();
     for (run, power) in runs.runs.iter_mut().zip(power) {
         run.rows = run.rows.iter().zip(power).map(|(row, power)| Row { power, ..*row }).collect();
@@ -46,9 +50,9 @@ mod tests {
     #[test]
     fn power_is_set_earlier_by_whole_rows() {
         let runs = example::runs([0.8, 0.3]);
-        let early = in_whole_rows(1.8 * runs.period_s, runs.period_s);
-        assert!((early - 2.0 * runs.period_s).abs() < 1e-12);
-        let moved = in_time(&runs, early);
+        let delay = in_whole_rows(1.8 * runs.period_s, runs.period_s);
+        assert!((delay - 2.0 * runs.period_s).abs() < 1e-12);
+        let moved = in_time(&runs, delay);
         for (run, moved) in runs.runs.iter().zip(&moved.runs) {
             for (row, later) in moved.rows.iter().zip(&run.rows[2..]) {
                 assert!((row.power - later.power).abs() < 1e-9, "{} {}", row.power, later.power);

@@ -1,8 +1,9 @@
-//! What measured power has beyond a model's.
+//! The residual of measured power against a model: its noise, its structure, and the effects that
+//! explain it.
 //!
-//! Arrows go one way: [`types`] → [`twin`] (what model and effects say of recorded runs) →
-//! [`noise`] → [`problem`] (what is asked of which runs) → [`detect`] (what shows) → [`name`] (what
-//! fits). Its face: [`problem::Problem`]; the numbers on which verdicts hang are in [`thresholds`].
+//! Arrows go one way: [`types`] → [`twin`] (predicted power of recorded runs) → [`noise`] →
+//! [`problem`] (the regression) → [`detect`] (is there structure?) → [`name`] (which effect fits?).
+//! Its face: [`problem::Problem`]; the numbers that decide verdicts are in [`thresholds`].
 #![deny(clippy::print_stderr, clippy::print_stdout)]
 
 pub mod calibrate;

@@ -7,8 +7,7 @@ use logs::runs::Runs;
 use super::thresholds::problem::{LEAST_SHOWN, MOST_FOLLOWED};
 use crate::noise::whiten::Signal;
 
-/// The functions, one signal each. All vary about as gently as an effect would, and none asks for
-/// the model.
+/// The functions, one signal each. They vary about as gently as effects, and need no model.
 pub fn functions(runs: &Runs) -> Vec<Signal> {
     let rows = || runs.runs.iter().flat_map(|run| &run.rows);
     let most = |values: &dyn Fn(&logs::runs::Row) -> f64| rows().map(values).fold(1e-9, f64::max);
@@ -98,13 +97,13 @@ pub fn functions(runs: &Runs) -> Vec<Signal> {
     functions
 }
 
-/// How many of the [`functions`] ask for no further column.
-pub fn count_own(runs: &Runs, functions: &[Signal]) -> usize {
+/// How many of the [`functions`] need no further column.
+pub fn count_of_motion(runs: &Runs, functions: &[Signal]) -> usize {
     functions.len() - further(runs).len()
 }
 
-/// Places of the further columns that every run has and that may say why the power differs: what it
-/// is computed from (a current that follows it, another power) differs with it, whatever the cause.
+/// Places of the further columns that every run has and that may explain the power. A current that
+/// follows the power, or another power, explains nothing: it changes with every cause.
 pub fn further(runs: &Runs) -> Vec<usize> {
     let is_there = |place: &usize| runs.runs.iter().all(|run| !run.extra(*place).is_empty());
     let is_electric =
@@ -130,9 +129,9 @@ fn follows_power(runs: &Runs, place: usize) -> f64 {
     if pp * xx > 0.0 { px * px / (pp * xx) } else { 0.0 }
 }
 
-/// Those of some signals of field and clean runs that clean runs say something about. What hardly
-/// varies in them (a door that was shut, a slope on level ground) would else be taken for what the
-/// base gets wrong anyway, whatever it does in the field.
+/// The signals that vary in clean runs, too. One that hardly varies there (a door that was shut, a
+/// slope on level ground) would otherwise count as an error of the base, whatever it does in the
+/// field.
 pub fn shown_by_clean(runs: &Runs, signals: Vec<Signal>) -> Vec<Signal> {
     let variance = |signal: &Signal, clean: bool| {
         let values = || {

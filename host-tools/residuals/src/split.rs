@@ -1,4 +1,4 @@
-//! Runs that are looked at, and runs that stay locked until the end.
+//! Runs that are explored, and runs that stay locked until the end.
 
 use logs::runs::Runs;
 use support::error::{Error, Result};
@@ -52,13 +52,13 @@ pub fn by_mass(runs: &Runs) -> Vec<usize> {
 /// # Errors
 /// As [`by_run`].
 pub fn in_order(order: &[usize]) -> Result<Split> {
-    let found = order.len();
-    if found < LEAST_OPEN + 1 {
-        let s = if found == 1 { "" } else { "s" };
+    let count = order.len();
+    if count < LEAST_OPEN + 1 {
+        let s = if count == 1 { "" } else { "s" };
         return Err(Error::failed(format!(
-            "{found} run{s}; expected at least {}: {LEAST_OPEN} to name an effect and 1 to confirm it. Record {} more",
+            "{count} run{s}; expected at least {}: {LEAST_OPEN} to name an effect and 1 to confirm it. Record {} more",
             LEAST_OPEN + 1,
-            LEAST_OPEN + 1 - found
+            LEAST_OPEN + 1 - count
         )));
     }
     let (mut open, mut locked) = (Vec::new(), Vec::new());

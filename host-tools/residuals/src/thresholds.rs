@@ -1,14 +1,13 @@
 //! Every constant that the workflow decides by: its value, its unit, and where it comes from.
 //!
 //! *Derived* says from what. *Tuned* says on what: the own bench is `gmr gap-bench` (one plant, 60
-//! s runs at 20 Hz, 0.05 W of noise); where neither the history nor docs/gap.md say by which run of
-//! it, the run is unknown, and the value is to be read as that of one plant. What is only layout
-//! (cells of a map, lines of a screen) is marked so: no verdict depends on it.
+//! s runs at 20 Hz, 0.05 W of noise). Where neither the history nor docs/gap.md say which run of
+//! it, the run is unknown: such a value holds for one plant. What is only layout (cells of a map,
+//! lines of a screen) is marked so: no verdict depends on it.
 
 /// Splitting, and the least that each step needs.
 pub mod split {
-    /// Open runs, at least. Derived: with each run left out two have to remain, whose scatter can
-    /// be told.
+    /// Open runs, at least. Derived: with one left out, two remain, whose scatter can be estimated.
     pub const LEAST_OPEN: usize = 3;
     /// One run of so many, in the order of payloads, is locked. Chosen: two thirds explore, one
     /// third confirms.
@@ -41,30 +40,28 @@ pub mod noise {
     /// The rows that coloured noise is worth, as a share of the rows: least. Guard against a pole
     /// at 1.
     pub const LEAST_WORTH: f64 = 0.05;
-    /// What the fit takes along of the noise raises the floor by this factor at most. Guard; run
-    /// unknown.
+    /// The noise that the fit absorbs raises the floor by this factor at most. Guard; run unknown.
     pub const MOST_TAKEN: f64 = 1.2;
 
-    /// Clean runs that scatter so many times less than those in question have another noise: a
-    /// simulator's, or none. Chosen: an effect that no column explains (bursts, a rattle) triples
-    /// no run's scatter in the own bench.
+    /// Clean runs that scatter so many times less than the field have another noise: a simulator's,
+    /// or none. Chosen: an effect that no column explains (bursts, a rattle) triples no run's
+    /// scatter in the own bench.
     pub const QUIETER: f64 = 4.0;
-    /// They count for no more than this share of the scatter would give. Chosen: their misfit is no
-    /// noise, and has to stay visible.
+    /// Their spread is reduced to this share at least. Chosen: their misfit is no noise, and has to
+    /// stay visible.
     pub const LEAST_QUIET: f64 = 0.1;
 
-    /// Levels of jerk, acceleration and power at which scatter is told. Chosen; run unknown.
+    /// Levels of jerk, acceleration and power. Chosen; run unknown.
     pub const LEVELS: usize = 8;
-    /// Rows of a level that tell its scatter. Derived: their mean square is then known to some 25
-    /// %.
+    /// Least rows of a level. Derived: their mean square is then known to some 25 %.
     pub const LEAST_ROWS: usize = 40;
     /// Rounds that settle what each measure explains beyond the others. Chosen; run unknown.
     pub const ROUNDS: usize = 4;
-    /// Rows before and behind that share in the jerk of a row. Derived: the filter's memory at some
+    /// Rows before and after that share in the jerk of a row. Derived: the filter's memory at some
     /// three rows per period of its cutoff.
     pub const REACH: usize = 2;
-    /// Tenths of a level's rows that its scatter is told by: the stray one is left to the weights.
-    /// Chosen.
+    /// Tenths of a level's rows that its scatter is estimated from: the weights deal with the stray
+    /// one. Chosen.
     pub const KEPT_TENTHS: usize = 9;
     /// Mean of the lower nine tenths of the squares of a normal variable. Derived: (0.9 − 2 q φ(q))
     /// / 0.9 at q = 1.645.
@@ -82,8 +79,8 @@ pub mod problem {
     /// The same for the discrepancy, whose columns of base and effects nearly repeat each other.
     /// Derived: rounding of some ninety columns.
     pub const DISCREPANCY_RIDGE: f64 = 1e-9;
-    /// Total masses that differ by less than this share are one: they do not tell what a mass does
-    /// to the power. Chosen: a scale's error and a battery's swap are below it, any payload worth
+    /// Total masses that differ by less than this share are one: they do not show the effect of
+    /// mass on power. Chosen: a scale's error and a battery's swap are below it, any payload worth
     /// an estimate above.
     pub const ONE_MASS: f64 = 0.1;
     /// Share of a signal's variance in the field that clean runs have to have for them to say
@@ -94,12 +91,12 @@ pub mod problem {
     /// of it, no cause. Chosen: each side's current of a Husky has 0.3 to 0.7, an arm that is idle
     /// in the clean runs next to nothing.
     pub const MOST_FOLLOWED: f64 = 0.1;
-    /// Longest lag that a measuring chain has, rows. Chosen: an encoder's mean over a sample and a
-    /// sensor's over another.
-    pub const MOST_LAG_ROWS: f64 = 2.0;
-    /// The lag is found to this share of a row. Derived: a hundredth of a row moves no score by a
+    /// Longest delay of a measuring chain in clean runs, rows. Chosen: an encoder's mean over a
+    /// sample and a sensor's over another.
+    pub const MOST_DELAY_ROWS: f64 = 2.0;
+    /// It is fitted to this share of a row. Derived: a hundredth of a row moves no score by a
     /// tenth.
-    pub const LAG_ACCURACY_ROWS: f64 = 0.01;
+    pub const DELAY_ACCURACY_ROWS: f64 = 0.01;
     /// Changes of the power below this share of its greatest are taken for linear. Derived:
     /// second-order terms are then below 1e-4.
     pub const LINEAR: f64 = 0.01;
@@ -124,23 +121,22 @@ pub mod problem {
 
 /// What clean runs show of each other.
 pub mod calibrate {
-    /// Parts that the clean runs are dealt into, in the order of masses; each is asked about once.
+    /// Folds that the clean runs are dealt into, in the order of masses; each is analysed once.
     /// Chosen: two thirds say what is usual.
-    pub const PARTS: usize = 3;
-    /// How often they are dealt anew, with other runs together each time. Chosen: of three parts
-    /// the greatest is a matter of luck; six runs have three deals in which no two are together
+    pub const FOLDS: usize = 3;
+    /// How often they are dealt anew, with other runs together each time. Chosen: the greatest of
+    /// three folds is a matter of luck; six runs have three deals in which no two are together
     /// twice.
     pub const DEALS: usize = 3;
-    /// Clean runs below which none are asked about. Derived: two of a kind, and four that say what
-    /// is usual.
+    /// Fewest clean runs. Derived: two of a kind, and four that say what is usual.
     pub const LEAST_RUNS: usize = 6;
-    /// What single runs of the field show, or a time that was searched for, has to exceed the most
-    /// that the parts of a deal show, on the mean, by this factor; rivals and sizes are told as
-    /// much less well. Tuned on the effect-free sets of the MuJoCo robots (`cargo xtask bench
-    /// gap-mujoco`): at 1.25 four of 100 skid-steered ones were alarms, at 1.3 two. What all field
-    /// runs share has to exceed it by no factor: how far runs scatter about that is in its score's
-    /// variance, but in a part of two runs nobody can tell. There parts show more than the field:
-    /// of 30 such sets the field had 0.84 of it at most.
+    /// Factor by which effects of single runs or of searched times have to exceed the greatest
+    /// structure of a deal's folds, on the mean; ties and standard errors grow with it. Tuned on
+    /// the effect-free sets of the MuJoCo robots (`cargo xtask bench gap-mujoco`): at 1.25 four of
+    /// 100 skid-steered ones were alarms, at 1.3 two. Effects of all field runs need no factor: the
+    /// variance of their score includes the scatter between runs, which a fold of two runs cannot
+    /// show. Their folds show more than the field: of 30 such sets the field had 0.84 of it at
+    /// most.
     pub const MARGIN: f64 = 1.3;
 }
 
@@ -151,7 +147,7 @@ pub mod detect {
     /// seeds from 101,000); some sixty columns of normal scores ask for 3.5 only: what is above it
     /// stands for scores that are no normal variables.
     pub const STRUCTURE: f64 = 5.3;
-    /// The same where no clean runs say what the model gets wrong without any effect. Tuned on the
+    /// The same without clean runs, which show the model's errors without any effect. Tuned on the
     /// own bench without clean runs, run unknown.
     pub const STRUCTURE_ALONE: f64 = 20.0;
     /// Share of an effect's own gain in χ² that may be left as structure: no term of the model is
@@ -206,7 +202,7 @@ pub mod detect {
 
 /// Naming: which hypothesis wins, and what is as good.
 pub mod name {
-    /// Effects that are added, at most. Chosen: what a dozen runs can tell apart.
+    /// Effects that are added, at most. Chosen: what a dozen runs can distinguish.
     pub const MOST_EFFECTS: usize = 3;
     /// Candidates that are fitted with their non-linearity. Chosen for time …
     pub const REFINED: usize = 40;
@@ -223,8 +219,8 @@ pub mod name {
     /// A rival is not worse if its losses are within so many standard errors over runs. Derived:
     /// one-sided 95 % of a normal variable.
     pub const TIE_ERRORS: f64 = 1.64;
-    /// Ways of a tied effect that are further behind than this in χ² are not to be parted by a
-    /// manoeuvre. Derived: five standard errors.
+    /// Fits of a tied effect that are worse by more than this in χ² are no aim of a manoeuvre.
+    /// Derived: five standard errors.
     pub const WAYS: f64 = 25.0;
     /// What each further column of a candidate costs, in χ². Derived: Akaike's criterion.
     pub const COLUMN_PENALTY: f64 = 2.0;
@@ -274,7 +270,7 @@ pub mod confirm {
     pub const TIMES: u32 = 240;
 }
 
-/// Drives that part the rivals of a tie.
+/// Drives that distinguish the rivals of a tie.
 pub mod manoeuvre {
     /// Runs of the profile that are asked for. Chosen: with twelve field runs a fourth of all.
     pub const RUNS: usize = 4;
@@ -286,14 +282,14 @@ pub mod manoeuvre {
     /// Rivals that would differ by less than this many standard errors are not worth a drive.
     /// Derived: what a tie is short of.
     pub const WORTH: f64 = 3.0;
-    /// Rivals that would differ by less than this may stay in their tie: what the model gets wrong
-    /// where no run has been yet takes as much again. Tuned on `gmr gap-bench --manoeuvre` (27 sets
-    /// of size 0.5), run unknown.
+    /// Rivals that would differ by less than this may stay in their tie: the model's errors where
+    /// no run has been yet take as much again. Tuned on `gmr gap-bench --manoeuvre` (27 sets of
+    /// size 0.5), run unknown.
     pub const PARTED: f64 = 6.0;
-    /// Rivals that would differ by more than this are parted for sure: a longer drive is not worth
-    /// its time. As above.
+    /// Rivals that would differ by more than this are surely distinguished: a longer drive is not
+    /// worth its time. As above.
     pub const SURE: f64 = 8.0;
-    /// Lengths that are tried, s; the first with which all are parted for sure, or the last.
+    /// Lengths that are tried, s: the first that surely distinguishes all rivals, or the last.
     /// Chosen: minutes that people drive.
     pub const DURATIONS_S: [f64; 3] = [60.0, 120.0, 240.0];
     /// Length at which blocks are chosen, s. Chosen for time.
@@ -305,8 +301,8 @@ pub mod manoeuvre {
     pub const MOST_BLOCKS: usize = 4;
     /// A further block has to raise the score by this factor. Chosen.
     pub const LEAST_RISE: f64 = 1.02;
-    /// A load alone is recommended if it parts so many times better than light and heavy runs by
-    /// turns. Chosen.
+    /// One load is recommended if it distinguishes so many times better than light and heavy runs
+    /// by turns. Chosen.
     pub const ONE_LOAD: f64 = 1.25;
     /// Share of the rows whose speeds and accelerations are below what is taken for the robot's
     /// limit. Chosen: the stray hundredth is noise.
@@ -347,7 +343,7 @@ pub mod power_only {
     /// A rest scatters no more than this many times as much as any other: motion is rougher than
     /// standing. As [`STEP_ERRORS`].
     pub const ROUGHER: f64 = 1.3;
-    /// Length of the means whose scatter tells how far a rest wanders, s. Chosen.
+    /// Length of the means whose scatter shows how far a rest wanders, s. Chosen.
     pub const WANDER_S: f64 = 2.0;
     /// Cells over time. Layout.
     pub const CELLS: usize = 6;
@@ -400,20 +396,20 @@ pub mod simulation {
     /// Relative step of a numerical derivative. Chosen: large against the plant's rounding, small
     /// against its bends.
     pub const NUDGE: f64 = 0.05;
-    /// How far a parameter may be from what the set of motors says, as a share of it: where the
-    /// runs do not tell, it stays. Chosen.
+    /// How far a parameter may be from the set of motors, as a share of it: it stays where the runs
+    /// do not determine it. Chosen.
     pub const TRUST: f64 = 1.0;
-    /// Longest lag that is looked for, rows. As [`super::problem::MOST_LAG_ROWS`].
-    pub const MOST_LAG_ROWS: f64 = 2.0;
-    /// The plant's own lag is found to this share of a row. Chosen for time.
-    pub const LAG_STEP_ROWS: f64 = 0.1;
-    /// A plant whose wheels miss more than this share of the recorded speeds is another robot: it
-    /// is said. Chosen.
+    /// Longest delay that is searched, rows. As [`super::problem::MOST_DELAY_ROWS`].
+    pub const MOST_DELAY_ROWS: f64 = 2.0;
+    /// The plant's delay is fitted to this share of a row. Chosen for time.
+    pub const DELAY_STEP_ROWS: f64 = 0.1;
+    /// A plant whose wheels miss more than this share of the recorded speeds is another robot: the
+    /// user is told. Chosen.
     pub const FOLLOWS: f64 = 0.05;
 }
 
-/// What an extended model is worth. All as the fit's own noise is told (`fit/assess.rs`): the two
-/// are compared.
+/// The noise of an extended model, estimated like that of the fit (`fit/assess.rs`): the two are
+/// compared.
 pub mod extension {
     /// Windows over which an error that lasts is judged, s.
     pub const WINDOW_S: f64 = 10.0;

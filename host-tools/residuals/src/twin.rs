@@ -22,7 +22,7 @@ enum When {
     Moving(f64),
 }
 
-/// What is on and off at once, but shows behind the filter bit by bit.
+/// An effect that switches at once and shows gradually after the filter.
 struct Switching {
     when: When,
     coefficient: f64,
@@ -30,7 +30,7 @@ struct Switching {
 
 impl Switching {
     fn is(&self, what: Switched) -> bool {
-        matches!(self.when, When::From(own, _) if own == what)
+        matches!(self.when, When::From(switched, _) if switched == what)
     }
 }
 
@@ -59,14 +59,18 @@ pub struct Twin<'a> {
     pub runs: &'a Runs,
     /// Whether the drives clamp.
     pub drive: Drive,
-    /// By how much power is later than speed in clean runs already, s: sensors average over the
-    /// time before a sample.
-    pub lag: f64,
-    /// By how much the measured power of the runs in question was set earlier, s.
-    pub early: f64,
+    /// Delay of power after speed in clean runs, s: sensors average over the time before a sample.
+    pub clean_delay: f64,
+    /// Delay already taken out of the measured power of the field runs, s.
+    pub removed_delay: f64,
 }
 
-impl Twin<'_> {
+impl<'a> Twin<'a> {
+    /// Without delays.
+    pub fn new(runs: &'a Runs, drive: Drive) -> Self {
+        Self { runs, drive, clean_delay: 0.0, removed_delay: 0.0 }
+    }
+
     /// Power of one run, W, one value a row.
     pub fn predict(&self, place: usize, state: &State) -> Vec<f64> {
         with_core!(&self.runs.robot, core => self.predicted(core, place, state))
@@ -78,7 +82,7 @@ impl Twin<'_> {
         let run = &self.runs.runs[place];
         let mut effects: Vec<Effect<f64>> = Vec::new();
         let (mut shift, mut scales, mut softer) = (0.0, Vec::new(), 0.0);
-        let mut delay = if run.clean { self.lag } else { self.lag - self.early };
+        let mut delay = if run.clean { self.clean_delay } else { self.clean_delay - self.removed_delay };
         let mut warm = None;
         let mut switched: Vec<Switching> = Vec::new();
         let present: &[(Regressor, f64)] = if run.clean { &[] } else { &state.effects };
@@ -108,7 +112,7 @@ impl Twin<'_> {
         }
         let steady = effects.len();
         // What a switch adds to rolling resistance: as much of it as the filter shows at each row.
-        let rolling = switched.iter().filter(|own| own.is(Switched::Rolling));
+        let rolling = switched.iter().filter(|switch| switch.is(Switched::Rolling));
         effects.extend(rolling.map(|_| Effect { term: Term::Rolling, coefficient: 0.0 }));
         // Clean runs may lack it: they are level.
         let pitch = self.runs.columns.iter().position(|name| name == model::effects::PITCH);
@@ -122,10 +126,10 @@ impl Twin<'_> {
             if !scales.is_empty() {
                 motion = scaled(core, &layout, &motion, &scales);
             }
-            let slips = switched.iter().filter(|own| own.is(Switched::HalfSlip));
+            let slips = switched.iter().filter(|switch| switch.is(Switched::HalfSlip));
             let softer = slips
-                .map(|own| own.coefficient * self.shown(run, own.when, row.time))
-                .fold(softer, |sum, own| sum + own);
+                .map(|switch| switch.coefficient * self.shown(run, switch.when, row.time))
+                .fold(softer, |sum, shown| sum + shown);
             if softer != 0.0 {
                 layout.soften(&mut motion, &conditioning.slip, softer, *dead_band);
             }
@@ -140,8 +144,7 @@ impl Twin<'_> {
                 }
                 Some(Regressor::Warming(time)) => [-(-row.time / time).exp_m1(); N],
                 Some(Regressor::Temperature(column, cold)) => {
-                    // Of a drive that is only planned, nobody knows how warm its motors are: as
-                    // warm as when cold.
+                    // The temperatures of a planned drive are unknown: its motors count as cold.
                     std::array::from_fn(|wheel| {
                         run.extra(*column + wheel).get(index).map_or(0.0, |temperature| *temperature - *cold)
                     })
@@ -149,9 +152,9 @@ impl Twin<'_> {
                 _ => [1.0; N],
             };
             let pitch = pitch.map_or(0.0, |pitch| pitch[index]);
-            let rolling = switched.iter().filter(|own| own.is(Switched::Rolling));
-            for (effect, own) in effects[steady..].iter_mut().zip(rolling) {
-                effect.coefficient = own.coefficient * self.shown(run, own.when, row.time);
+            let rolling = switched.iter().filter(|switch| switch.is(Switched::Rolling));
+            for (effect, switch) in effects[steady..].iter_mut().zip(rolling) {
+                effect.coefficient = switch.coefficient * self.shown(run, switch.when, row.time);
             }
             let extended = Extended {
                 torque: state.torque,
@@ -163,9 +166,10 @@ impl Twin<'_> {
             let (time, heading, still) = (row.time, row.heading, row.still);
             let scene = Scene { mass, time, pitch, heading, warmth, still, driver: 0.0 };
             let mut sum = extended.power(&motion, &scene);
-            let of_power = |own: &&Switching| !own.is(Switched::Rolling) && !own.is(Switched::HalfSlip);
-            for own in switched.iter().filter(of_power) {
-                sum += own.coefficient * self.shown(run, own.when, row.time);
+            let of_power =
+                |switch: &&Switching| !switch.is(Switched::Rolling) && !switch.is(Switched::HalfSlip);
+            for switch in switched.iter().filter(of_power) {
+                sum += switch.coefficient * self.shown(run, switch.when, row.time);
             }
             power.push(sum);
         }
@@ -212,7 +216,7 @@ impl Twin<'_> {
         let mut before = f64::INFINITY;
         loop {
             let mut moved = state.clone();
-            match moved.effects.iter_mut().find(|(own, _)| own == regressor) {
+            match moved.effects.iter_mut().find(|(present, _)| present == regressor) {
                 Some((_, coefficient)) => *coefficient += step,
                 None => moved.effects.push((regressor.clone(), step)),
             }
@@ -220,9 +224,9 @@ impl Twin<'_> {
             let change = step * most(&slope);
             if change <= small || change.is_nan() || change > 0.5 * before {
                 let is_smooth = |slope: f64| step * slope.abs() <= small;
-                return slope.into_iter().map(|own| if is_smooth(own) { own } else { 0.0 }).collect();
+                return slope.into_iter().map(|slope| if is_smooth(slope) { slope } else { 0.0 }).collect();
             }
-            // A robot whose torques are tiny: so has the step to be.
+            // A robot with tiny torques needs a tiny step.
             step *= 0.5 * small / change;
             before = change;
         }
@@ -256,8 +260,7 @@ impl Twin<'_> {
     }
 
     fn base_step(&self, parameter: usize, value: f64) -> f64 {
-        // Typical sizes where a parameter is nought: N·m, N·m/kg, N·m·s/rad, kg·m², 1, W/(N·m)²,
-        // N·m/kg.
+        // Typical sizes for parameters of zero: N·m, N·m/kg, N·m·s/rad, kg·m², 1, W/(N·m)², N·m/kg.
         let typical = [1e-2, 1e-2, 1e-3, 1e-3, 1.0, 1.0, 1e-2][parameter];
         1e-4 * value.abs().max(1e-2 * typical)
     }
@@ -274,8 +277,8 @@ fn scaled<const N: usize>(
     for &(side, share) in scales {
         layout.scale(&mut factors, side_of(side), share);
     }
-    // What is added, not all anew: a wheel at rest has lost its acceleration, of which the others'
-    // torques still tell.
+    // Torques are changed, not computed anew: the motion no longer holds the acceleration of a wheel
+    // at rest, but the torques of the other wheels still include it.
     let added = std::array::from_fn(|i| motion.wheels[i].acceleration * (factors[i] - 1.0));
     let torques = core.mass_matrix.torque_per_kg(&added);
     let wheels = std::array::from_fn(|i| {
@@ -323,9 +326,8 @@ fn add(power: &mut [f64], column: &[f64], coefficient: f64) {
     }
 }
 
-/// The power as it would be seen later by `delay` s: cubics through four rows, held at the ends of
-/// a run. Straight lines would smooth the power more the farther they are from a row, which looks
-/// like an effect.
+/// The power, later by `delay` s: cubics through four rows, held at the ends of a run. Straight
+/// lines would smooth the power between rows, which looks like an effect.
 pub fn delayed(run: &Run, power: &[f64], delay: f64) -> Vec<f64> {
     let rows = &run.rows;
     let last = rows.len() - 1;
@@ -342,8 +344,8 @@ pub fn delayed(run: &Run, power: &[f64], delay: f64) -> Vec<f64> {
             let next = (from + 1).min(last);
             let span = rows[next].time - rows[from].time;
             let share = if span > 0.0 { ((wanted - rows[from].time) / span).clamp(0.0, 1.0) } else { 0.0 };
-            let (before, behind) = (power[from.saturating_sub(1)], power[(next + 1).min(last)]);
-            cubic([before, power[from], power[next], behind], share)
+            let (before, after) = (power[from.saturating_sub(1)], power[(next + 1).min(last)]);
+            cubic([before, power[from], power[next], after], share)
         })
         .collect()
 }
@@ -379,7 +381,7 @@ mod tests {
     fn windings_warm_towards_what_they_are_when_hot() {
         let torque = TorqueModel::from_array([3.0, 0.03, 0.2, 0.7, 1.1, 0.03, 0.57]);
         let runs = curves(0.0);
-        let twin = Twin { runs: &runs, drive: Drive::Regenerative, lag: 0.0, early: 0.0 };
+        let twin = Twin::new(&runs, Drive::Regenerative);
         let power = |effects: Vec<(Regressor, f64)>| twin.predict(0, &State { torque, effects });
         let (cold, hot) = (power(Vec::new()), power(vec![(Regressor::Hot, 0.4)]));
         let warm = power(vec![(Regressor::Warming(10.0), 0.4)]);
@@ -390,32 +392,32 @@ mod tests {
         assert!(hot.iter().zip(&cold).all(|(hot, cold)| hot > cold));
     }
 
-    /// Tyres that are softer by 60 % are those of a base that was fitted with as much more; from 15
-    /// s on, they are so behind it.
+    /// Tyres softer by 60 % give the power of a base fitted with 60 % more half slip; softened from
+    /// 15 s on, they do so after the filter has settled.
     #[test]
     fn a_greater_half_slip_is_another_bases() {
         let torque = TorqueModel::from_array([3.0, 0.03, 0.2, 0.7, 1.1, 0.03, 0.57]);
         let powers = |half_slip: f64, effects: Vec<(Regressor, f64)>| {
             let runs = curves(half_slip);
-            let twin = Twin { runs: &runs, drive: Drive::Dissipative, lag: 0.0, early: 0.0 };
+            let twin = Twin::new(&runs, Drive::Dissipative);
             twin.predict(0, &State { torque, effects })
         };
         let (base, softer) = (powers(0.1, Vec::new()), powers(0.16, Vec::new()));
         let close = |a: f64, b: f64| (a - b).abs() < 1e-9 * b.abs().max(1.0);
-        let found = powers(0.1, vec![(Regressor::HalfSlip, 0.6)]);
-        assert!(found.iter().zip(&softer).all(|(a, b)| close(*a, *b)));
+        let extended = powers(0.1, vec![(Regressor::HalfSlip, 0.6)]);
+        assert!(extended.iter().zip(&softer).all(|(a, b)| close(*a, *b)));
         let from = Regressor::Switch(Switched::HalfSlip, [15.0].into());
-        let found = powers(0.1, vec![(from, 0.6)]);
+        let switched = powers(0.1, vec![(from, 0.6)]);
         let times: Vec<f64> = curves(0.1).runs[0].rows.iter().map(|row| row.time).collect();
         for (k, time) in times.iter().enumerate().filter(|(_, time)| (**time - 15.0).abs() > 2.0) {
             let expected = if *time < 15.0 { base[k] } else { softer[k] };
-            assert!((found[k] - expected).abs() < 1e-3 * expected, "{time}: {} {expected}", found[k]);
+            assert!((switched[k] - expected).abs() < 1e-3 * expected, "{time}: {} {expected}", switched[k]);
         }
         assert!(base.iter().zip(&softer).any(|(a, b)| (a - b).abs() > 5.0));
     }
 
-    /// One wheel at rest while the other speeds up, as where a pivot begins: a scale of nothing
-    /// changes nothing, and one of a thousandth what it should.
+    /// One wheel rests while the other speeds up, as at the start of a pivot. A scale of 0.001
+    /// changes the power by 0.001 times the slope.
     #[test]
     fn scales_of_encoders_show_beside_wheels_at_rest() {
         let torque = TorqueModel::from_array([3.0, 0.03, 0.2, 0.7, 1.1, 0.03, 0.0]);
@@ -429,7 +431,7 @@ mod tests {
         let raw =
             RawRun { name: "run".to_owned(), rows: rows.collect(), columns: Vec::new(), period_s: 0.05 };
         let runs = Runs::condition(&husky, vec![raw]).unwrap();
-        let twin = Twin { runs: &runs, drive: Drive::Dissipative, lag: 0.0, early: 0.0 };
+        let twin = Twin::new(&runs, Drive::Dissipative);
         let state = State { torque, effects: Vec::new() };
         let at = twin.predict(0, &state);
         let slope = twin.effect_slope(0, &state, &Regressor::Scale(0.0), &at);

@@ -1,4 +1,4 @@
-//! What the workflow is given, and what it says of effects: values that every step shares.
+//! Inputs and answers of the workflow: values that every step shares.
 
 use model::effects::{Candidate, Detail, Physical};
 use model_core::torque::{Drive, TorqueModel};
@@ -31,8 +31,8 @@ pub struct Base {
 pub struct Options {
     /// |z| of a smooth function, or of an effect, beyond which there is structure.
     pub threshold: f64,
-    /// How many times as high a |z| of single runs, or of a time that was searched for, has to be.
-    pub in_runs: f64,
+    /// Factor on the threshold for effects of single runs and of searched times.
+    pub search_factor: f64,
     /// The same where no clean runs say what the model gets wrong without any effect.
     pub threshold_alone: f64,
     /// Share of an effect's own gain in χ² that may be left as structure.
@@ -45,8 +45,8 @@ pub struct Options {
     pub whitener: Option<Whitener>,
     /// Relative uncertainty of every base parameter beyond its covariance.
     pub slack: f64,
-    /// How many times the variance of what noise alone does is shown by clean runs of each other,
-    /// at least 1: rivals are as much less told apart, and coefficients as much less sure.
+    /// Variance that clean runs show of each other, relative to noise alone; at least 1. Ties and
+    /// standard errors grow with it.
     pub misfit: f64,
     /// Effects of the user's own.
     pub user: UserCandidates,
@@ -56,7 +56,7 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             threshold: STRUCTURE,
-            in_runs: 1.0,
+            search_factor: 1.0,
             threshold_alone: STRUCTURE_ALONE,
             tolerance: TOLERANCE,
             most_effects: MOST_EFFECTS,
@@ -99,7 +99,7 @@ pub struct Named {
     pub coefficients: Vec<f64>,
     /// Their standard errors.
     pub std_errs: Vec<f64>,
-    /// What the headline comes to in the world, where that can be told.
+    /// The headline coefficient as a physical quantity, where that is known.
     pub physical: Option<Physical>,
 }
 
@@ -147,7 +147,7 @@ pub struct Scored {
     pub id: String,
     /// What is special about it.
     pub detail: Detail,
-    /// χ² that it gains over base and effects before, its search paid for.
+    /// χ² that it gains over base and earlier effects, less the cost of its search.
     pub gain: f64,
     /// Coefficients of its columns.
     pub coefficients: Vec<f64>,
@@ -168,7 +168,7 @@ pub struct Round {
     pub outcome: String,
 }
 
-/// What a candidate's search and its further columns gain by chance, in variances of what scatters.
+/// χ² that a candidate's search and its further columns gain by chance, in variances of the noise.
 pub(crate) fn penalty(candidate: &Candidate) -> f64 {
     let single = candidate.regressors.iter().any(|regressor| regressor.run().is_some());
     let further = candidate.regressors.len().saturating_sub(1) as f64;

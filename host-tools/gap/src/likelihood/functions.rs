@@ -88,7 +88,7 @@ pub fn functions<'a>(
     list: &[Candidate],
 ) -> Vec<(Signal, Group)> {
     let smooth = smooth::functions(runs);
-    let (own, further) = smooth.split_at(smooth::count_own(runs, &smooth));
+    let (own, further) = smooth.split_at(smooth::count_of_motion(runs, &smooth));
     let mut found: Vec<(Signal, Group)> = own.iter().cloned().zip(OF_SMOOTH).collect();
     let has_clean = runs.runs.iter().any(|run| run.clean);
     let shown = |signals: Vec<Signal>| match has_clean {

@@ -45,7 +45,7 @@ use crate::investigate::{joint, named_effects};
 use crate::report::localise;
 use crate::report::{Basis, Report, Rival};
 use residuals::identifiable::unidentifiable;
-use residuals::problem::lag;
+use residuals::problem::clean_delay;
 use residuals::problem::open::{open_problem, precision};
 use residuals::scope::candidates;
 use residuals::split;
@@ -82,7 +82,7 @@ pub fn investigate(
 ) -> Result<Report> {
     let split = split::by_run(runs)?;
     let all = runs.with_clean(clean);
-    let lag = clean.map_or(0.0, |clean| lag::of_clean(clean, base));
+    let lag = clean.map_or(0.0, |clean| clean_delay::estimate(clean, base));
     let parameters = base.torque.to_array().len() - usize::from(!runs.robot.scrubs());
     let (mut list, mut not_testable) = candidates(runs, base);
     list.extend_from_slice(&options.user.candidates);
@@ -93,7 +93,7 @@ pub fn investigate(
         not_testable.push(missing);
     }
     list.retain(|candidate| !removed.contains(&candidate.id));
-    let twin = Twin { runs: &all, drive: base.drive, lag, early: 0.0 };
+    let twin = Twin { clean_delay: lag, ..Twin::new(&all, base.drive) };
     let free = anywhere(&all);
     let asked =
         Asked { twin, free: &free, base: (base, parameters), options, list: &list, removed: &removed, level };

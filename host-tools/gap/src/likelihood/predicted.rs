@@ -21,7 +21,7 @@ pub struct Predicted<'a> {
 impl<'a> Predicted<'a> {
     /// Of a twin with its lag.
     pub fn new(twin: Twin<'a>) -> Self {
-        Self { twin: Twin { lag: 0.0, ..twin }, lag: twin.lag }
+        Self { twin: Twin { clean_delay: 0.0, ..twin }, lag: twin.clean_delay }
     }
 
     fn shifted(&self, values: &[f64], delay: f64) -> Vec<f64> {

@@ -139,7 +139,7 @@ fn runs(count: u32, effects: &[(Regressor, f64)], normal: &mut Normal) -> Runs {
     let mut runs = Runs::condition_to(&burger, raw.collect(), Rows::AtLeast).unwrap();
     let state = State { torque: TorqueModel::from_array(TORQUE), effects: effects.to_vec() };
     let powers: Vec<Vec<f64>> = {
-        let twin = Twin { runs: &runs, drive: Drive::Dissipative, lag: 0.0, early: 0.0 };
+        let twin = Twin::new(&runs, Drive::Dissipative);
         (0..count as usize).map(|run| twin.predict(run, &state)).collect()
     };
     for (run, powers) in runs.runs.iter_mut().zip(powers) {

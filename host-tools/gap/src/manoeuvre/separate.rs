@@ -171,7 +171,7 @@ impl Ground<'_> {
         // in the field.
         let mut bare = runs.clone();
         bare.runs.iter_mut().for_each(|run| run.clean = false);
-        let twin = Twin { runs, drive: self.basis.drive, lag: self.basis.lag, early: 0.0 };
+        let twin = Twin { clean_delay: self.basis.lag, ..Twin::new(runs, self.basis.drive) };
         let field = Twin { runs: &bare, ..twin };
         let states: Vec<State> = self
             .hypotheses

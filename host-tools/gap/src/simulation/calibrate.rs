@@ -12,7 +12,9 @@ use super::filter::Behind;
 use super::in_parallel;
 use super::search::squares;
 use super::track::{Followed, Follower};
-use residuals::thresholds::simulation::{FIT_STEPS, LAG_STEP_ROWS, LEAST_GAIN, MOST_LAG_ROWS, NUDGE, TRUST};
+use residuals::thresholds::simulation::{
+    DELAY_STEP_ROWS, FIT_STEPS, LEAST_GAIN, MOST_DELAY_ROWS, NUDGE, TRUST,
+};
 
 /// A parameter that is fitted, the same for all wheels.
 #[derive(Debug, Clone, Copy)]
@@ -137,9 +139,9 @@ impl Follower {
         let mut best = (self.lag_s, at(self.lag_s)?);
         // Downhill in ever finer steps.
         let mut step = 0.5 * period;
-        while step >= LAG_STEP_ROWS * period {
+        while step >= DELAY_STEP_ROWS * period {
             for lag in [best.0 - step, best.0 + step] {
-                if lag.abs() <= MOST_LAG_ROWS * period {
+                if lag.abs() <= MOST_DELAY_ROWS * period {
                     let fit = at(lag)?;
                     if fit.loss < best.1.loss {
                         best = (lag, fit);

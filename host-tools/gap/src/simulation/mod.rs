@@ -273,7 +273,7 @@ fn find_sizes(
 fn locked_times(behind: &Behind<'_>, report: &Report) -> Vec<(Switched, Arc<[f64]>)> {
     let locked = behind.measured.subset(&report.split.locked);
     let Some(basis) = &report.basis else { return Vec::new() };
-    let twin = Twin { runs: &locked, drive: basis.drive, lag: basis.lag, early: 0.0 };
+    let twin = Twin { clean_delay: basis.lag, ..Twin::new(&locked, basis.drive) };
     let common =
         report.state.effects.iter().filter(|(regressor, _)| matches!(regressor, Regressor::Switch(..)));
     let switches: Vec<(Regressor, f64)> = common.cloned().collect();

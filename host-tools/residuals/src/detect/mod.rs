@@ -1,4 +1,4 @@
-//! Whether there is structure in what is left, and which candidates see it.
+//! Whether the residual has structure, and which candidates show it.
 pub mod over_dispersion;
 mod scan;
 mod shape_test;
@@ -25,7 +25,7 @@ pub fn structure(problem: &Problem<'_>, state: &State, list: &[Candidate], named
     let regressors: Vec<_> = list
         .iter()
         .flat_map(|candidate| candidate.regressors.iter().cloned())
-        .filter(|regressor| state.effects.iter().all(|(own, _)| own != regressor))
+        .filter(|regressor| state.effects.iter().all(|(present, _)| present != regressor))
         .collect();
     let empty =
         || Structure { greatest: f64::INFINITY, scored: Vec::new(), order: Vec::new(), further: Vec::new() };
@@ -44,13 +44,13 @@ pub fn structure(problem: &Problem<'_>, state: &State, list: &[Candidate], named
         if !may_stand_with(named, candidate) {
             continue;
         }
-        let own: Vec<usize> = candidate
+        let places: Vec<usize> = candidate
             .regressors
             .iter()
             .filter_map(|regressor| regressors.iter().position(|other| other == regressor))
             .collect();
-        let scores: Vec<_> = own.iter().map(|&further| linear.score(further)).collect();
-        let columns = active.clone().chain(own.iter().map(|&further| linear.place(further)));
+        let scores: Vec<_> = places.iter().map(|&further| linear.score(further)).collect();
+        let columns = active.clone().chain(places.iter().map(|&further| linear.place(further)));
         let solved = problem.factored(&linear.products, state, columns);
         let (mut gain, coefficients, status) = match solved {
             Some(solved) if scores.iter().any(Option::is_some) => {
@@ -61,14 +61,14 @@ pub fn structure(problem: &Problem<'_>, state: &State, list: &[Candidate], named
         };
         if let [Some(score)] = scores[..] {
             greatest = greatest.max(score.z.abs());
-            // To first order a delay shows only where the power's waves are longer than it. Within
-            // a sample it is what sampling makes.
+            // To first order a delay shows only where the power varies slowly against it. A delay
+            // within a sample is an artefact of sampling.
             if candidate.regressors == [Regressor::Delay]
-                && let Some(found) = problem.fit_delay(state, candidate.range)
-                && found.state.effects.last().is_some_and(|(_, delay)| delay.abs() > runs.step.period_s())
+                && let Some(fit) = problem.fit_delay(state, candidate.range)
+                && fit.state.effects.last().is_some_and(|(_, delay)| delay.abs() > runs.step.period_s())
             {
-                gain = gain.max(null - found.loss - problem.price(candidate));
-                let inflation = problem.variance_inflation(state, &candidate.regressors, &found.state);
+                gain = gain.max(null - fit.loss - problem.price(candidate));
+                let inflation = problem.variance_inflation(state, &candidate.regressors, &fit.state);
                 greatest = greatest.max((gain / inflation).max(0.0).sqrt() - MORE_LOOKS);
             }
         }
@@ -82,21 +82,20 @@ pub fn structure(problem: &Problem<'_>, state: &State, list: &[Candidate], named
         if may_stand_with(named, &candidate) {
             // More times and runs were looked at than smooth functions: their scores count for
             // less.
-            greatest = greatest.max((z - MORE_LOOKS) / problem.in_runs);
+            greatest = greatest.max((z - MORE_LOOKS) / problem.search_factor);
             further.push(candidate);
         }
     }
     Structure { greatest, scored, order, further }
 }
 
-/// Whether a candidate is another effect than those named, and none of them has the robot's half
-/// slip for itself already.
+/// Whether a candidate differs from the effects named, and no two of them change the half slip.
 fn may_stand_with(named: &[Candidate], candidate: &Candidate) -> bool {
-    let has_half_slip = |own: &Candidate| own.regressors.contains(&Regressor::HalfSlip);
-    named.iter().all(|own| own.id != candidate.id && !(has_half_slip(own) && has_half_slip(candidate)))
+    let has_half_slip = |other: &Candidate| other.regressors.contains(&Regressor::HalfSlip);
+    named.iter().all(|other| other.id != candidate.id && !(has_half_slip(other) && has_half_slip(candidate)))
 }
 
-/// Greatest |z| of the effects' own columns times something else; 0 without effects.
+/// Greatest |z| of an effect's column times another measure; 0 without effects.
 pub fn shape_test(problem: &Problem<'_>, state: &State) -> f64 {
     let signals = shape_test::deformations(problem, state);
     let Some(linear) = problem.linear(state, &[], &signals) else { return 0.0 };
@@ -116,8 +115,8 @@ mod tests {
     use crate::problem::example;
     use crate::twin::Twin;
 
-    /// Two runs, the second with a step of its own, or both with an effect. What single runs show
-    /// counts as much less as it has to exceed clean runs by more; what runs share counts as it is.
+    /// Two runs: either the second has a step, or both have an effect. The score of a single run is
+    /// divided by the search factor, that of an effect of all runs is not.
     #[test]
     fn single_runs_have_to_exceed_clean_ones_by_more() {
         let step = |run: usize| (Regressor::Term(Term::StepAt(12.0)), if run == 1 { 0.2 } else { 0.0 });
@@ -127,26 +126,20 @@ mod tests {
         assert!(usual > 10.0 && same == usual, "{usual} {same}");
     }
 
-    /// The greatest |z| of runs with an effect each, as it is and where single runs have to exceed
-    /// clean ones by half as much again. Of all runs alike only a change of friction is looked for.
+    /// Greatest |z| of runs with an effect each: as it is, and with a search factor of 1.5. The
+    /// only candidate of all runs is a change of friction.
     fn greatest_before_and_after(effect: impl Fn(usize) -> (Regressor, f64)) -> [f64; 2] {
         let torque = TorqueModel::from_array([0.05, 0.01, 0.004, 0.002, 1.3, 2.0, 0.0]);
         let truth = |run: usize| State { torque, effects: vec![effect(run)] };
         let friction =
             STATIC_STEP.candidate(vec![Regressor::Term(Term::Viscous)], (-1.0, 1.0), Detail::Plain, 0.0);
-        let mut runs = example::runs([5.0, 7.0]);
-        let twin = Twin { runs: &runs, drive: Drive::Regenerative, lag: 0.0, early: 0.0 };
-        let powers: Vec<Vec<f64>> = (0..2).map(|run| twin.predict(run, &truth(run))).collect();
-        for (run, powers) in runs.runs.iter_mut().zip(powers) {
-            let rows = run.rows.iter().zip(powers);
-            run.rows = rows.map(|(row, power)| logs::runs::Row { power, ..*row }).collect();
-        }
-        let twin = Twin { runs: &runs, drive: Drive::Regenerative, lag: 0.0, early: 0.0 };
+        let runs = example::simulated(&example::runs([5.0, 7.0]), Drive::Regenerative, truth);
+        let twin = Twin::new(&runs, Drive::Regenerative);
         let mut problem = example::bare(twin, torque, 0);
         let greatest =
             |problem: &Problem<'_>| structure(problem, &problem.start(), from_ref(&friction), &[]).greatest;
         let usual = greatest(&problem);
-        problem.in_runs = 1.5;
+        problem.search_factor = 1.5;
         [usual, greatest(&problem)]
     }
 }

@@ -9,7 +9,7 @@ use crate::problem::Problem;
 use crate::thresholds::detect::{DISTURBANCE, DISTURBANCE_Z, MOST_SIGMAS};
 use crate::twin::State;
 
-/// The scatter of what is left in the field, per that of clean runs.
+/// Scatter of the field's residuals relative to that of clean runs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OverDispersion {
     /// Ratio of mean squares of the whitened, weighted residuals: geometric means over runs.
@@ -19,8 +19,8 @@ pub struct OverDispersion {
 }
 
 impl OverDispersion {
-    /// Of the runs at a state; `None` without clean runs, which alone say what is usual, or with
-    /// fewer than two of a kind.
+    /// Of the runs at a state; `None` without clean runs to compare with, or with fewer than two
+    /// runs of either kind.
     pub fn of(problem: &Problem<'_>, state: &State) -> Option<Self> {
         let runs = problem.twin.runs;
         if !runs.runs.iter().any(|run| run.clean) {
@@ -49,7 +49,7 @@ impl OverDispersion {
         Some(Self { ratio: difference.exp(), z: difference / error.max(1e-9) })
     }
 
-    /// Beyond what differences between runs make.
+    /// Whether it exceeds what differences between runs explain.
     pub fn is_beyond_chance(&self) -> bool {
         self.ratio > DISTURBANCE && self.z > DISTURBANCE_Z
     }

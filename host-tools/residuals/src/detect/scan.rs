@@ -30,8 +30,8 @@ struct Times {
 /// Candidates for steps and for masses that were noted wrongly, as far as they stand out of the
 /// noise.
 pub(super) fn candidates(problem: &Problem<'_>, state: &State) -> Vec<(Candidate, f64)> {
-    let mut found = Vec::new();
-    let Some(in_run) = InRun::new(problem, state) else { return found };
+    let mut scored = Vec::new();
+    let Some(in_run) = InRun::new(problem, state) else { return scored };
     let runs = problem.twin.runs.runs.len();
 
     let rows: usize = problem.twin.runs.runs.iter().map(|run| run.rows.len()).sum();
@@ -41,13 +41,13 @@ pub(super) fn candidates(problem: &Problem<'_>, state: &State) -> Vec<(Candidate
     let open = field.len();
     let scores: Vec<(usize, f64)> =
         field.iter().filter_map(|&run| Some((run, mass_score(problem, state, &in_run, run)?))).collect();
-    for wrong in wrong_masses(&scores, [WRONG_MASS, problem.beyond(WRONG_MASS)], open) {
+    for wrong in wrong_masses(&scores, [WRONG_MASS, problem.inflated(WRONG_MASS)], open) {
         let names = wrong.iter().map(|(run, _)| problem.twin.runs.runs[*run].name.clone()).collect();
         let detail = Detail::InRuns { runs: Runs::Named(names), at_s: None };
         let regressors = wrong.iter().map(|(run, _)| Regressor::Mass(*run)).collect();
         let z: Vec<f64> = wrong.iter().map(|(_, z)| *z).collect();
         let search = chance * wrong.len() as f64;
-        found.push((mislabelled(problem, regressors, detail, search), together(&z, open)));
+        scored.push((mislabelled(problem, regressors, detail, search), together(&z, open)));
     }
 
     let mut kinds = vec![(&STATIC_STEP, Switched::Static), (&SURFACE_SWITCH, Switched::Rolling)];
@@ -69,7 +69,7 @@ pub(super) fn candidates(problem: &Problem<'_>, state: &State) -> Vec<(Candidate
             && let Some(term) = what.from(at)
         {
             let detail = Detail::At { at_s: at };
-            found.push((entry.candidate(vec![Regressor::Term(term)], range, detail, TIME_PENALTY), z.abs()));
+            scored.push((entry.candidate(vec![Regressor::Term(term)], range, detail, TIME_PENALTY), z.abs()));
         }
         if let Some((at, sum)) = one_size(&times)
             && sum > IN_RUN
@@ -81,7 +81,7 @@ pub(super) fn candidates(problem: &Problem<'_>, state: &State) -> Vec<(Candidate
             if what == Switched::HalfSlip {
                 candidate.unit = "1".to_owned();
             }
-            found.push((candidate, sum));
+            scored.push((candidate, sum));
         }
         let single: Vec<(usize, f64)> = times
             .runs
@@ -97,13 +97,13 @@ pub(super) fn candidates(problem: &Problem<'_>, state: &State) -> Vec<(Candidate
             let detail = Detail::InRuns { runs: Runs::Named(names), at_s: Some(at) };
             let search = (TIME_PENALTY + chance) * regressors.len() as f64;
             let most = times.runs.iter().flatten().map(|(_, z)| z.abs()).fold(0.0, f64::max);
-            found.push((entry.candidate(regressors, range, detail, search), most));
+            scored.push((entry.candidate(regressors, range, detail, search), most));
         }
     }
-    found
+    scored
 }
 
-/// Times of steps of one sign, the likelier one, in runs that show any, and what they come to
+/// Times of steps of one sign, the likelier one, in runs that show any, and their scores
 /// [`together`].
 fn one_size(times: &Times) -> Option<(Vec<Option<f64>>, f64)> {
     let all: Vec<(f64, f64)> = times.runs.iter().flatten().copied().collect();
@@ -115,27 +115,27 @@ fn one_size(times: &Times) -> Option<(Vec<Option<f64>>, f64)> {
     (count >= 2).then(|| (at, together(&scores, times.looks)))
 }
 
-/// What several scores come to, each the greatest of so many: the root of what each z² has beyond
-/// that of noise, 2 ln(looks); never below the greatest alone.
+/// Joint score of several scores, each the greatest of `looks`: the root of the sum of z² − 2
+/// ln(looks), where that is positive; never below the greatest alone.
 fn together(scores: &[f64], looks: usize) -> f64 {
     let chance = 2.0 * (looks as f64).max(1.0).ln();
     let sum: f64 = scores.iter().map(|z| (z * z - chance).max(0.0)).sum();
     scores.iter().fold(sum.sqrt(), |most, z| most.max(z.abs()))
 }
 
-/// Runs whose masses may be wrong, by their scores: those that noise does not explain, and those
-/// beyond what clean runs show of each other too, where these are fewer. In every run at once it is
-/// no slip of the pen.
+/// Runs whose masses may be wrong, by their scores: those above noise, and those above what clean
+/// runs show of each other if these are fewer. A mass that is wrong in every run is no slip of the
+/// pen.
 fn wrong_masses(scores: &[(usize, f64)], least: [f64; 2], open: usize) -> Vec<Vec<(usize, f64)>> {
-    let beyond = least.map(|least| scores.iter().copied().filter(|(_, z)| z.abs() > least).collect());
-    let mut found: Vec<Vec<(usize, f64)>> = Vec::from(beyond);
-    found.retain(|wrong| !wrong.is_empty() && wrong.len() < open);
-    found.dedup_by_key(|wrong| wrong.len());
-    found
+    let above = |least| scores.iter().copied().filter(|(_, z)| z.abs() > least).collect();
+    let mut sets: Vec<Vec<(usize, f64)>> = least.map(above).into();
+    sets.retain(|wrong| !wrong.is_empty() && wrong.len() < open);
+    sets.dedup_by_key(|wrong| wrong.len());
+    sets
 }
 
-/// Masses of single runs: at least those of the empty robot, and not above the greatest noted by
-/// more than that.
+/// Masses of single runs: at least that of the empty robot, and changed by at most the greatest
+/// noted.
 fn mislabelled(problem: &Problem<'_>, wrong: Vec<Regressor>, detail: Detail, search: f64) -> Candidate {
     let masses = |run: usize| problem.twin.runs.runs[run].rows.iter().map(|row| row.mass);
     let heaviest = (0..problem.twin.runs.runs.len()).flat_map(masses).fold(0.0, f64::max);
@@ -183,12 +183,12 @@ impl<'a> InRun<'a> {
 
     /// z of a column of one run.
     fn z(&self, run: usize, column: &[f64], products: &FurtherColumn) -> Option<f64> {
-        let found = self.factored.score(products, LEAST_SHARE)?;
+        let score = self.factored.score(products, LEAST_SHARE)?;
         // Where the noise of the run is greater than elsewhere, a score says less.
-        let own: f64 = column.iter().map(|x| x * x).sum();
+        let square: f64 = column.iter().map(|x| x * x).sum();
         let scattered = self.problem.noise.run_score_variance(self.problem.twin.runs.period_s, run, column);
-        let variance_inflation = (scattered / own).max(1.0);
-        Some(found.z() / variance_inflation.sqrt())
+        let variance_inflation = (scattered / square).max(1.0);
+        Some(score.z() / variance_inflation.sqrt())
     }
 }
 
@@ -212,7 +212,7 @@ fn times(in_run: &InRun<'_>, state: &State, what: Switched) -> Times {
             moving => problem.twin.columns(place, state, 0, &[moving.throughout()]).swap_remove(0),
         };
         let end = run.rows.last().map_or(0.0, |row| row.time);
-        let mut found: Option<(f64, f64)> = None;
+        let mut strongest: Option<(f64, f64)> = None;
         for (index, sums) in common.iter_mut().enumerate() {
             let at = index as f64 * step;
             let column: Vec<f64> =
@@ -222,15 +222,15 @@ fn times(in_run: &InRun<'_>, state: &State, what: Switched) -> Times {
             let inside = at >= RUN_ENDS * end && at <= (1.0 - RUN_ENDS) * end;
             if inside
                 && let Some(z) = in_run.z(place, &column, &products)
-                && found.is_none_or(|(_, most)| z.abs() > most.abs())
+                && strongest.is_none_or(|(_, most)| z.abs() > most.abs())
             {
-                found = Some((at, z));
+                strongest = Some((at, z));
             }
             sums.along += products.along;
             sums.residual += products.residual;
             sums.square += products.square;
         }
-        best.push(found);
+        best.push(strongest);
     }
     let mut all: Option<(f64, f64)> = None;
     for (index, sums) in common.iter().enumerate() {
@@ -257,8 +257,8 @@ mod tests {
         let scores: Vec<(usize, f64)> =
             [9.0, -12.0, 4.0, 3.5, 10.0, -4.0, 5.0].into_iter().enumerate().collect();
         let runs = |least: [f64; 2], open: usize| -> Vec<Vec<usize>> {
-            let found = wrong_masses(&scores, least, open);
-            found.into_iter().map(|wrong| wrong.into_iter().map(|(run, _)| run).collect()).collect()
+            let sets = wrong_masses(&scores, least, open);
+            sets.into_iter().map(|wrong| wrong.into_iter().map(|(run, _)| run).collect()).collect()
         };
         assert_eq!(runs([3.2, 8.0], 7), [vec![0, 1, 4]]);
         assert_eq!(runs([3.2, 8.0], 8), [vec![0, 1, 2, 3, 4, 5, 6], vec![0, 1, 4]]);

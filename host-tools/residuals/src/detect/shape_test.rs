@@ -1,13 +1,11 @@
-//! Whether what is left after an effect was added follows the effect's own column times something
-//! else.
+//! Whether the residual after adding an effect follows the effect's column times another measure.
 //!
-//! An effect that is not in the dictionary is often nearly another one: w³ is w² times the speed.
-//! What is left is then small, and spread over many smooth functions, but all of it lies along the
+//! An effect outside the dictionary often resembles one inside: w³ is w² times the speed. The
+//! residual is then small and spread over many smooth functions, but all of it lies along the
 //! winner's column times the speed.
 //!
-//! What a drive clamps before the filter is exact to first order only: of braking power that
-//! returns, what is left may follow its speed or mass. But it returns in turns as it does straight
-//! ahead.
+//! The clamp of a drive before the filter is exact to first order only: the residual of regenerated
+//! braking power may follow speed or mass. But regeneration is the same in turns as straight ahead.
 
 use logs::runs::Row;
 use model::effects::Regressor;
@@ -28,8 +26,8 @@ pub(super) fn deformations(problem: &Problem<'_>, state: &State) -> Vec<Signal> 
         |row| row.mass,
         |row| row.wheels.iter().map(|wheel| wheel.acceleration * wheel.direction).sum(),
     ];
-    let mut found = Vec::new();
-    // What passes the filter at another time is exact to first order only.
+    let mut signals = Vec::new();
+    // A delay is exact to first order only.
     let has_shape =
         |regressor: &Regressor| regressor.run().is_none() && !matches!(regressor, Regressor::Delay);
     for (regressor, _) in state.effects.iter().filter(|(regressor, _)| has_shape(regressor)) {
@@ -54,8 +52,8 @@ pub(super) fn deformations(problem: &Problem<'_>, state: &State) -> Vec<Signal> 
                     rows.iter().zip(column).map(|(row, x)| x * (value(row) - middle)).collect();
                 problem.noise.whiten(runs, place, &raw)
             };
-            found.push(column.iter().enumerate().map(deformed).collect());
+            signals.push(column.iter().enumerate().map(deformed).collect());
         }
     }
-    found
+    signals
 }

@@ -1,5 +1,4 @@
-//! Candidates fitted with all that they bend, their shapes searched, and when two of them are no
-//! different.
+//! Hypotheses: candidates with their non-linear fits, the search for their shapes, and ties.
 use model::effects::{Candidate, Detail, Regressor, Runs};
 use numerics::intervals::mean_interval;
 use numerics::search::golden_section;
@@ -36,8 +35,8 @@ impl Hypothesis {
         let (low, high) = self.candidate.range;
         match self.coefficients()[..] {
             [only] if self.candidate.least.is_empty() => only >= low && only <= high,
-            // Of single runs each is one of its own, of one run its own; the parts of a direction
-            // make up one.
+            // Effects of single runs are judged run by run, components of a direction by their
+            // length.
             _ if self.lives_in_single_runs() => self.plausible_runs().into_iter().all(|plausible| plausible),
             [size, with] if let Some((least, most)) = self.candidate.regressors[1].range() => {
                 (low..=high).contains(&size) && (least..=most).contains(&with)
@@ -55,13 +54,13 @@ impl Hypothesis {
     /// Of an effect of single runs, whether the coefficient of each is one that it can have there.
     fn plausible_runs(&self) -> Vec<bool> {
         let (low, high) = self.candidate.range;
-        let least = |place: usize| self.candidate.least.get(place).map_or(low, |own| own.max(low));
+        let least = |place: usize| self.candidate.least.get(place).map_or(low, |least| least.max(low));
         let coefficients = self.coefficients().into_iter().enumerate();
         coefficients.map(|(place, c)| c >= least(place) && c <= high).collect()
     }
 
-    /// An implausible one of single runs without those in which it is. A mass that no robot has may
-    /// be what the model gets wrong in one run; those noted wrongly in others are no less so.
+    /// An implausible hypothesis of single runs, without the runs in which it is implausible. An
+    /// impossible mass may be a model error of one run; others may still be noted wrongly.
     pub(super) fn without_implausible_runs(&self, problem: &Problem<'_>, state: &State) -> Option<Self> {
         if !self.lives_in_single_runs() {
             return None;
@@ -75,7 +74,7 @@ impl Hypothesis {
     }
 }
 
-/// A candidate of single runs in some of them, its search paid for as much less.
+/// A candidate of single runs, kept in some of them; its search costs less accordingly.
 fn kept_of(candidate: &Candidate, kept: &[bool]) -> Candidate {
     let mut candidate = candidate.clone();
     candidate.search *= kept.iter().filter(|kept| **kept).count() as f64 / kept.len() as f64;
@@ -83,7 +82,7 @@ fn kept_of(candidate: &Candidate, kept: &[bool]) -> Candidate {
     candidate
 }
 
-/// Fits a candidate; runs of it that turn out to show nothing are left to themselves.
+/// Fits a candidate, without those of its runs that show nothing.
 pub(super) fn fit_hypothesis(
     problem: &Problem<'_>,
     state: &State,
@@ -117,13 +116,13 @@ pub(super) fn fit_hypothesis(
     problem.sharpen_times(&mut fitted);
     let runs = problem.twin.runs.runs.iter().filter(|run| !run.clean).count();
     if let Some((regressor, _)) = fitted.state.effects.last()
-        && let [own] = &mut candidate.regressors[..]
-        && let (Regressor::Switch(..), Regressor::Switch(_, times)) = (&*own, regressor)
+        && let [searched] = &mut candidate.regressors[..]
+        && let (Regressor::Switch(..), Regressor::Switch(_, times)) = (&*searched, regressor)
     {
         let at: Vec<_> = times.iter().take(runs).map(|at| at.is_finite().then_some(*at)).collect();
         candidate.search = cost_of_a_time(runs) * at.iter().flatten().count() as f64;
         candidate.detail = Detail::InRuns { runs: Runs::All, at_s: Some(at) };
-        *own = regressor.clone();
+        *searched = regressor.clone();
     }
     let penalised = problem.loss_as_delay(state, &fitted) + problem.price(&candidate);
     Some(Hypothesis { candidate, fitted, penalised })
@@ -164,10 +163,9 @@ pub(super) fn sharpen(problem: &Problem<'_>, state: &State, hypotheses: &mut [Hy
     hypotheses.sort_by(|a, b| a.penalised.total_cmp(&b.penalised));
 }
 
-/// By how much a hypothesis may be worse in χ², to first order, and still be as good. χ² counts in
-/// variances of the noise: where runs [`disagree`] about the winner by more than that, or clean
-/// runs about anything, a difference says less by as much. No term of the model is exact: a
-/// [share](TIE_SHARE) of the gain comes on top.
+/// Difference in χ² up to which a hypothesis ties. It grows with the variance by which runs
+/// [`disagree`] about the winner, or clean runs about anything. A [share](TIE_SHARE) of the gain
+/// comes on top: no term of the model is exact.
 pub(super) fn tie_width(gain: f64, disagreement: f64, misfit: f64) -> f64 {
     TIE * disagreement.max(misfit) + TIE_SHARE * gain
 }
@@ -197,9 +195,9 @@ pub(super) fn as_good<'a>(
     rivals.iter().filter(is_as_good).copied().collect()
 }
 
-/// Ids of those that beat a winner and all that are `tied` with it when a run is left out, one for
-/// each run that decides so. Where the winner lives in single runs there may then be nothing left
-/// to be won: who beats it there has to stand out of the noise by `threshold`.
+/// Ids of hypotheses that beat the winner and all `tied` with it when a run is left out, one for
+/// each such run. Without its run, a winner of single runs has nothing to gain: there the other has
+/// to stand out of the noise by `threshold`.
 pub(super) fn better_without_a_run(
     problem: &Problem<'_>,
     null: &Fitted,
@@ -214,7 +212,7 @@ pub(super) fn better_without_a_run(
         let loss = |hypothesis: &&Hypothesis| {
             problem.loss_without(&hypothesis.fitted, run) + problem.price_without(&hypothesis.candidate, run)
         };
-        let (best, loss) = all.iter().map(|own| (own, loss(own))).min_by(|a, b| a.1.total_cmp(&b.1))?;
+        let (best, loss) = all.iter().map(|h| (h, loss(h))).min_by(|a, b| a.1.total_cmp(&b.1))?;
         let stands_out = || problem.loss_without(null, run) - loss >= threshold.powi(2);
         let is_other = best.candidate.id != winner.candidate.id && !tied.contains(&best.candidate.id);
         (is_other && (!in_single_runs || stands_out())).then(|| best.candidate.id.clone())
@@ -222,8 +220,8 @@ pub(super) fn better_without_a_run(
     better.collect()
 }
 
-/// How many times more runs disagree about what a hypothesis adds than its equations say. What
-/// lives in single runs is of these alone: no other could agree.
+/// Variance between runs of what a hypothesis adds, relative to that of the equations. 1 for
+/// effects of single runs: no other run could agree.
 pub(super) fn disagree(problem: &Problem<'_>, hypothesis: &Hypothesis) -> f64 {
     let regressors = &hypothesis.candidate.regressors;
     if regressors.iter().any(|regressor| regressor.run().is_some()) {
@@ -232,9 +230,9 @@ pub(super) fn disagree(problem: &Problem<'_>, hypothesis: &Hypothesis) -> f64 {
     problem.disagreement(&hypothesis.fitted, regressors.len())
 }
 
-/// An implausible hypothesis of another effect than the best plausible one's that explains more
-/// than a tie would: by more than [`TIE`] and a [share](TIE_SHARE) of the gain. `hypotheses` are
-/// sorted, the best first.
+/// The best hypothesis, if it is implausible and better by more than a tie than the best plausible
+/// one of another effect: by more than [`TIE`] and a [share](TIE_SHARE) of the gain. `hypotheses`
+/// are sorted, the best first.
 pub(super) fn implausible_and_better(hypotheses: &[Hypothesis], null_loss: f64) -> Option<&Hypothesis> {
     let first = hypotheses.first().filter(|first| !first.is_plausible())?;
     let winner = hypotheses.iter().find(|hypothesis| hypothesis.is_plausible())?;
@@ -243,9 +241,8 @@ pub(super) fn implausible_and_better(hypotheses: &[Hypothesis], null_loss: f64) 
     (first.candidate.id != winner.candidate.id && worse > TIE + TIE_SHARE * gain).then_some(first)
 }
 
-/// Whether a candidate is no better than its own limit, see [`Regressor::limit`]: what makes it
-/// this effect does not show then. Where the dictionary has the limit as an effect it is a
-/// hypothesis, and in a tie.
+/// Whether a winner is no better than the limit of its shape, see [`Regressor::limit`]: its own
+/// shape does not show then. A limit that is in the dictionary is a hypothesis, and in a tie.
 pub(super) fn shows_no_shape(problem: &Problem<'_>, state: &State, winner: &Hypothesis, width: f64) -> bool {
     let [regressor] = &winner.candidate.regressors[..] else { return false };
     let Some(limit) = regressor.limit() else { return false };
@@ -260,6 +257,7 @@ mod tests {
     use nalgebra::DMatrix;
 
     use super::*;
+    use crate::late::with_power;
     use crate::problem::example;
     use crate::problem::panel::Products;
     use crate::twin::Twin;
@@ -295,9 +293,9 @@ mod tests {
     fn a_tie_is_as_wide_as_runs_disagree() {
         let runs = |losses: [f64; 4]| {
             let total = losses.iter().sum();
-            let mut found = hypothesis("effect", total, 0.5);
-            found.fitted.run_losses = losses.into();
-            found
+            let mut rival = hypothesis("effect", total, 0.5);
+            rival.fitted.run_losses = losses.into();
+            rival
         };
         let (winner, rival) = (runs([100.0; 4]), runs([20.0, 250.0, 30.0, 160.0]));
         let width = |disagreement| tie_width(400.0, disagreement, 1.0);
@@ -315,7 +313,7 @@ mod tests {
         let next = hypothesis("wheel-drag", null - 2126.0, 0.5);
         let better = |gain: f64, coefficient: f64, id: &str| {
             let all = [hypothesis(id, null - gain, coefficient), next.clone()];
-            implausible_and_better(&all, null).map(|found| found.candidate.id.clone())
+            implausible_and_better(&all, null).map(|first| first.candidate.id.clone())
         };
         assert_eq!(
             better(2184.0, 1.5, "rolling-resistance-change"),
@@ -332,13 +330,13 @@ mod tests {
     #[test]
     fn a_mass_is_plausible_by_what_its_own_run_noted() {
         let of = |shifts: [f64; 2]| {
-            let mut found = hypothesis("payload-mislabel", 0.0, 0.5);
-            found.candidate.regressors = vec![Regressor::Mass(0), Regressor::Mass(1)];
-            found.candidate.range = (-5.0, 5.0);
-            found.candidate.least = vec![-0.4, -4.0];
-            let effects = found.candidate.regressors.iter().cloned().zip(shifts);
-            found.fitted.state.effects = effects.collect();
-            found
+            let mut wrong = hypothesis("payload-mislabel", 0.0, 0.5);
+            wrong.candidate.regressors = vec![Regressor::Mass(0), Regressor::Mass(1)];
+            wrong.candidate.range = (-5.0, 5.0);
+            wrong.candidate.least = vec![-0.4, -4.0];
+            let effects = wrong.candidate.regressors.iter().cloned().zip(shifts);
+            wrong.fitted.state.effects = effects.collect();
+            wrong
         };
         assert!(of([2.0, -2.0]).is_plausible());
         assert!(!of([-2.0, 2.0]).is_plausible());
@@ -354,16 +352,10 @@ mod tests {
     #[test]
     fn a_mass_that_no_robot_has_leaves_the_others() {
         let torque = TorqueModel::from_array([0.05, 0.01, 0.004, 0.002, 1.3, 2.0, 0.0]);
-        let mut runs = example::runs([5.0, 7.0]);
         let masses = [Regressor::Mass(0), Regressor::Mass(1)];
         let truth = State { torque, effects: masses.iter().cloned().zip([-0.5, -1.6]).collect() };
-        let twin = Twin { runs: &runs, drive: Drive::Dissipative, lag: 0.0, early: 0.0 };
-        let powers: Vec<Vec<f64>> = (0..2).map(|run| twin.predict(run, &truth)).collect();
-        for (run, powers) in runs.runs.iter_mut().zip(powers) {
-            let rows = run.rows.iter().zip(powers);
-            run.rows = rows.map(|(row, power)| logs::runs::Row { power, ..*row }).collect();
-        }
-        let twin = Twin { runs: &runs, drive: Drive::Dissipative, lag: 0.0, early: 0.0 };
+        let runs = example::simulated(&example::runs([5.0, 7.0]), Drive::Dissipative, |_| truth.clone());
+        let twin = Twin::new(&runs, Drive::Dissipative);
         let mut problem = example::bare(twin, torque, 0);
         let state = State { torque, effects: Vec::new() };
         let candidate = Candidate {
@@ -388,32 +380,25 @@ mod tests {
 
     /// Runs whose power is the twin's, late by `delay`, s, and passed through `sensor`.
     fn late(torque: TorqueModel<f64>, delay: f64, sensor: impl Fn(&[f64]) -> Vec<f64>) -> logs::runs::Runs {
-        let mut runs = example::runs([5.0, 7.0]);
+        let runs = example::runs([5.0, 7.0]);
         let state = State { torque, effects: vec![(Regressor::Delay, delay)] };
-        let twin = Twin { runs: &runs, drive: Drive::Regenerative, lag: 0.0, early: 0.0 };
-        let powers: Vec<Vec<f64>> = (0..runs.runs.len()).map(|run| twin.predict(run, &state)).collect();
-        for (run, powers) in runs.runs.iter_mut().zip(powers) {
-            let mut rows = run.rows.to_vec();
-            for (row, power) in rows.iter_mut().zip(sensor(&powers)) {
-                row.power = power;
-            }
-            run.rows = rows.into();
-        }
-        runs
+        let twin = Twin::new(&runs, Drive::Regenerative);
+        let powers = (0..runs.runs.len()).map(|run| sensor(&twin.predict(run, &state)));
+        with_power(&runs, powers.collect())
     }
 
     /// A delay fitted to runs of [`late`], and what it gains: as it counts, and in χ².
     fn delay_of(runs: &logs::runs::Runs, torque: TorqueModel<f64>) -> (f64, [f64; 2]) {
-        let twin = Twin { runs, drive: Drive::Regenerative, lag: 0.0, early: 0.0 };
+        let twin = Twin::new(runs, Drive::Regenerative);
         let problem = example::bare(twin, torque, 0);
         let mut candidate = hypothesis("sensor-delay", 0.0, 0.0).candidate;
         candidate.regressors = vec![Regressor::Delay];
         candidate.range = (-1.0, 1.0);
         let none = State { torque, effects: Vec::new() };
         let null = problem.fit(&none, &[], MOST_FIT_STEPS).unwrap().loss;
-        let found = fit_hypothesis(&problem, &none, &candidate).unwrap();
-        let counts = null - (found.penalised - problem.price(&candidate));
-        (found.coefficients()[0], [counts, null - found.fitted.loss])
+        let late = fit_hypothesis(&problem, &none, &candidate).unwrap();
+        let counts = null - (late.penalised - problem.price(&candidate));
+        (late.coefficients()[0], [counts, null - late.fitted.loss])
     }
 
     /// Behind a filter of 2 Hz a quarter of a period is 0.125 s. Power that is 0.4 s late is found
@@ -421,11 +406,11 @@ mod tests {
     #[test]
     fn a_delay_of_more_than_a_quarter_period_is_found() {
         let torque = TorqueModel::from_array([0.05, 0.01, 0.004, 0.002, 1.3, 2.0, 0.0]);
-        let found = |delay: f64| delay_of(&late(torque, delay, <[f64]>::to_vec), torque).0;
+        let fitted = |delay: f64| delay_of(&late(torque, delay, <[f64]>::to_vec), torque).0;
         for delay in [0.4, 0.14, -0.22] {
-            assert!((found(delay) - delay).abs() < 1e-3, "{delay}: {}", found(delay));
+            assert!((fitted(delay) - delay).abs() < 1e-3, "{delay}: {}", fitted(delay));
         }
-        assert!(found(0.0).abs() < 1e-3, "{}", found(0.0));
+        assert!(fitted(0.0).abs() < 1e-3, "{}", fitted(0.0));
     }
 
     /// A sensor with a little of the rows beside each makes no delay worth a name, though one of

@@ -1,4 +1,4 @@
-//! One round: who explains most of what is left, and is it the only one?
+//! One round: which hypothesis explains most of the residual, and is it the only one?
 
 pub mod hypothesis;
 pub mod with_locked;
@@ -21,8 +21,7 @@ pub struct Choice {
     pub hypothesis: Hypothesis,
     pub gain: f64,
     pub ties: Vec<String>,
-    /// The best other fit of each effect, and all that are not much worse, in several ways of one
-    /// effect also.
+    /// The best other fit of each effect, and all fits that are not much worse, also of one effect.
     pub others: Vec<Hypothesis>,
 }
 
@@ -64,8 +63,8 @@ pub fn name(
         .into_iter()
         .flatten()
         .collect();
-    let reduced = hypotheses.iter().filter_map(|own| own.without_implausible_runs(problem, state));
-    let reduced: Vec<Hypothesis> = reduced.collect();
+    let reduced: Vec<Hypothesis> =
+        hypotheses.iter().filter_map(|whole| whole.without_implausible_runs(problem, state)).collect();
     hypotheses.extend(reduced);
     hypotheses.sort_by(|a, b| a.penalised.total_cmp(&b.penalised));
     sharpen(problem, state, &mut hypotheses);
@@ -93,12 +92,13 @@ pub fn name(
     let winner = hypotheses[first].clone();
     let gain = null.loss - winner.penalised;
     let inflation = problem.variance_inflation(state, &winner.candidate.regressors, &winner.fitted.state);
-    let least = options.threshold * if winner.candidate.is_searched_by_run() { options.in_runs } else { 1.0 };
+    let searched = winner.candidate.is_searched_by_run();
+    let least = options.threshold * if searched { options.search_factor } else { 1.0 };
     if (null.loss - winner.fitted.loss) / inflation - problem.price(&winner.candidate) < least.powi(2) {
         return refuse(record, "what explains most does not stand out of the noise");
     }
-    // The truth is then none of these, or the robot is none that its file describes: the next best
-    // name would be a wrong one.
+    // The true effect is then none of these, or the robot's file is wrong: so would be the next
+    // name.
     if let Some(better) = better {
         let why = format!("{} explains most, with no plausible sign or size", better.candidate.id);
         return refuse(record, &why);
@@ -106,7 +106,7 @@ pub fn name(
     let rivals: Vec<&Hypothesis> = plausible[1..]
         .iter()
         .map(|&place| &hypotheses[place])
-        .filter(|own| named.iter().all(|named| named.id != own.candidate.id))
+        .filter(|rival| named.iter().all(|named| named.id != rival.candidate.id))
         .collect();
     let width = tie_width(gain, disagree(problem, &winner), problem.misfit);
     let as_good = as_good(&null, &winner, &rivals, width);
@@ -134,10 +134,10 @@ pub fn name(
         }
     };
     let mut seen: Vec<String> = Vec::new();
-    let worth_asking = |own: &&Hypothesis| {
-        let is_best = !seen.contains(&own.candidate.id);
-        seen.push(own.candidate.id.clone());
-        is_best || own.penalised < winner.penalised + WAYS
+    let worth_asking = |other: &&Hypothesis| {
+        let is_best = !seen.contains(&other.candidate.id);
+        seen.push(other.candidate.id.clone());
+        is_best || other.penalised < winner.penalised + WAYS
     };
     let others = plausible.iter().filter(|&&place| place != first).map(|&place| &hypotheses[place]);
     let others = others.filter(worth_asking).cloned().collect();

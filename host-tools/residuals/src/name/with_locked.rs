@@ -1,8 +1,8 @@
-//! A tie of the open runs, asked again with the locked ones beside them.
+//! A tie of the open runs, judged again with the locked ones.
 //!
-//! The open runs say who explains most and by how much. Half as many runs again may say that a
-//! rival does not: it is struck then. Nothing else is taken from the locked runs, and if with them
-//! another than the winner were best, the tie stays as it is.
+//! The open runs choose the winner. With the locked runs a rival may turn out worse: it is struck
+//! from the tie. Nothing else is taken from the locked runs. If a rival is best with them, the tie
+//! stays as it is.
 
 use model::effects::Regressor;
 
@@ -11,20 +11,19 @@ use crate::problem::Problem;
 use crate::thresholds::problem::MOST_FIT_STEPS;
 use crate::twin::State;
 
-/// Ids of the rivals that are struck of a tie, the winner first in it. `others` is the base with
-/// what else was named; `problem` is posed of the open runs, then the locked ones, then the clean
-/// ones.
+/// Ids of the rivals struck from a tie, which begins with the winner. `others`: the base and the
+/// other effects named. `problem`: open runs, then locked ones, then clean ones.
 pub fn struck(problem: &Problem<'_>, others: &State, tie: &[Hypothesis], threshold: f64) -> Vec<String> {
     let effects = others.effects.iter().map(|(regressor, _)| regressor);
     let Some((winner, rivals)) = tie.split_first().filter(|_| effects.clone().all(is_of_all_runs)) else {
         return Vec::new();
     };
-    let is_askable = |own: &Hypothesis| own.candidate.regressors.iter().all(is_of_all_runs);
+    let is_askable = |hypothesis: &Hypothesis| hypothesis.candidate.regressors.iter().all(is_of_all_runs);
     if !is_askable(winner) {
         return Vec::new();
     }
-    let own_id = &winner.candidate.id;
-    let ask = |own: &Hypothesis| fit_hypothesis(problem, others, &own.candidate);
+    let winner_id = &winner.candidate.id;
+    let ask = |hypothesis: &Hypothesis| fit_hypothesis(problem, others, &hypothesis.candidate);
     let (Some(null), Some(mut winner)) = (problem.fit(others, &[], MOST_FIT_STEPS), ask(winner)) else {
         return Vec::new();
     };
@@ -33,33 +32,32 @@ pub fn struck(problem: &Problem<'_>, others: &State, tie: &[Hypothesis], thresho
     for rival in rivals {
         match is_askable(rival).then(|| ask(rival)).flatten() {
             // Another way of the winner's own effect.
-            Some(own) if own.candidate.id == *own_id => {
-                if own.is_plausible() && own.penalised < winner.penalised {
-                    winner = own;
+            Some(refitted) if refitted.candidate.id == *winner_id => {
+                if refitted.is_plausible() && refitted.penalised < winner.penalised {
+                    winner = refitted;
                 }
             }
-            Some(own) => asked.push(own),
+            Some(refitted) => asked.push(refitted),
             None => unasked.push(&rival.candidate.id),
         }
     }
-    let plausible: Vec<&Hypothesis> = asked.iter().filter(|own| own.is_plausible()).collect();
-    if !winner.is_plausible() || plausible.iter().any(|own| own.penalised < winner.penalised) {
+    let plausible: Vec<&Hypothesis> = asked.iter().filter(|rival| rival.is_plausible()).collect();
+    if !winner.is_plausible() || plausible.iter().any(|rival| rival.penalised < winner.penalised) {
         return Vec::new();
     }
     let width = tie_width(null.loss - winner.penalised, disagree(problem, &winner), problem.misfit);
     let mut kept: Vec<String> =
-        as_good(&null, &winner, &plausible, width).iter().map(|own| own.candidate.id.clone()).collect();
+        as_good(&null, &winner, &plausible, width).iter().map(|rival| rival.candidate.id.clone()).collect();
     let all: Vec<&Hypothesis> = std::iter::once(&winner).chain(plausible).collect();
     kept.extend(better_without_a_run(problem, &null, &winner, &all, &kept, threshold));
-    let mut struck: Vec<String> = asked.into_iter().map(|own| own.candidate.id).collect();
+    let mut struck: Vec<String> = asked.into_iter().map(|rival| rival.candidate.id).collect();
     struck.retain(|id| !kept.contains(id) && !unasked.contains(&id.as_str()));
     struck.sort();
     struck.dedup();
     struck
 }
 
-/// Whether locked runs have it as open ones do: not what is of single runs, or comes at a time of
-/// each run's own.
+/// Whether locked runs show it as open ones do: it is of no single run, and at no time of its own.
 fn is_of_all_runs(regressor: &Regressor) -> bool {
     regressor.run().is_none() && !matches!(regressor, Regressor::Switch(..))
 }
@@ -68,7 +66,6 @@ fn is_of_all_runs(regressor: &Regressor) -> bool {
 mod tests {
     use std::sync::Arc;
 
-    use logs::runs::{Row, Runs};
     use model::effects::{Candidate, Detail, Switched};
     use model_core::effects::Term;
     use model_core::torque::{Drive, TorqueModel};
@@ -80,28 +77,20 @@ mod tests {
     /// Base parameters that move along.
     const BASE: usize = 4;
 
-    fn twin(runs: &Runs) -> Twin<'_> {
-        Twin { runs, drive: Drive::Regenerative, lag: 0.0, early: 0.0 }
-    }
-
     /// Power with 0.3 W more: friction at low speeds and at lower ones is struck from a tie with an
     /// offset, the same offset by another name and a step at times of its own stay. Where friction
     /// is said to have won nothing is struck.
     #[test]
     fn a_rival_is_struck_that_all_runs_together_say_is_worse() {
-        let mut runs = example::runs([0.8, 0.3]);
         let start = State {
             torque: TorqueModel::from_array([0.05, 0.01, 0.004, 0.002, 1.3, 2.0, 0.0]),
             effects: Vec::new(),
         };
         let offset = Regressor::Term(Term::Offset);
         let truth = State { effects: vec![(offset.clone(), 0.3)], ..start.clone() };
-        let powers: Vec<Vec<f64>> =
-            (0..runs.runs.len()).map(|place| twin(&runs).predict(place, &truth)).collect();
-        for (run, powers) in runs.runs.iter_mut().zip(powers) {
-            run.rows = run.rows.iter().zip(powers).map(|(row, power)| Row { power, ..*row }).collect();
-        }
-        let problem = example::bare(twin(&runs), start.torque, BASE);
+        let runs = example::runs([0.8, 0.3]);
+        let runs = example::simulated(&runs, Drive::Regenerative, |_| truth.clone());
+        let problem = example::bare(Twin::new(&runs, Drive::Regenerative), start.torque, BASE);
         let candidate = |id: &str, regressor: Regressor| Candidate {
             id: id.to_owned(),
             regressors: vec![regressor],
@@ -121,7 +110,7 @@ mod tests {
         ]
         .map(|candidate| fit_hypothesis(&problem, &start, &candidate).unwrap());
         assert_eq!(struck(&problem, &start, &fitted, 5.0), ["friction", "narrow"]);
-        let [own, same, friction, narrow, step] = fitted;
-        assert!(struck(&problem, &start, &[friction, own, same, narrow, step], 5.0).is_empty());
+        let [offset, same, friction, narrow, step] = fitted;
+        assert!(struck(&problem, &start, &[friction, offset, same, narrow, step], 5.0).is_empty());
     }
 }

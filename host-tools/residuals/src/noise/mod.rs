@@ -1,4 +1,4 @@
-//! What no model explains: its autoregression, its variance, and the weight of each row.
+//! The noise of the power: its autoregression, its variance, and the weight of each row.
 
 pub mod spread;
 pub mod whiten;
@@ -16,33 +16,32 @@ use super::thresholds::noise::{
 };
 use super::twin::{State, Twin};
 
-/// Where the memory of the noise is told.
+/// Which runs the autoregression of the noise is estimated from.
 #[derive(Debug, Clone, Copy)]
 pub enum Memory<'a> {
-    /// As it was told before.
+    /// None: it is known.
     Known(&'a Whitener),
-    /// In the clean runs, where there are any: a step that the field has beyond them would be taken
-    /// for a long memory, and whitened away.
+    /// Clean runs, where there are any: in the field a step would look like a long memory, and be
+    /// whitened away.
     OfClean,
-    /// In all runs: a simulator's have none.
+    /// All runs: those of a simulator have no noise.
     OfAll,
 }
 
 /// The noise of the residual.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Noise {
-    /// Takes its memory away.
+    /// Its autoregression.
     pub whitener: Whitener,
     /// Standard deviation of the whitened noise, W.
     pub std_w: f64,
     /// Root of each row's weight; 0 where the past is not known.
     pub weights: Signal,
-    /// What is left when everything that varies smoothly is taken out: whitened, weighted, per
-    /// standard deviation.
-    pub left: Signal,
-    /// What is left, as it was before whitening, W.
-    pub left_w: Signal,
-    /// Mean square of what is left before whitening, corrected for what the fit took along, W².
+    /// Residual without its smooth content: whitened, weighted, per standard deviation.
+    pub residual: Signal,
+    /// The same before whitening, W.
+    pub residual_w: Signal,
+    /// Mean square of `residual_w`, corrected for the noise that the fit absorbed, W².
     pub floor_w2: f64,
 }
 
@@ -69,13 +68,13 @@ impl Noise {
             })
             .collect();
         let everything: Signal = runs.runs.iter().map(|run| vec![1.0; run.rows.len()]).collect();
-        let mut left_w = regress(&matrices(&raw, &everything)).0;
+        let mut residual_w = regress(&matrices(&raw, &everything)).0;
         let mut noise = Self {
             whitener: Whitener { coefficients: Vec::new() },
             std_w: 1.0,
             weights: everything,
-            left: Signal::new(),
-            left_w: Signal::new(),
+            residual: Signal::new(),
+            residual_w: Signal::new(),
             floor_w2: 0.0,
         };
         let mut fitted = 0.0;
@@ -84,9 +83,9 @@ impl Noise {
             noise.whitener = match memory {
                 Memory::Known(whitener) => whitener.clone(),
                 Memory::OfClean if has_clean => {
-                    Whitener::estimate(runs, &left_w, |place| runs.runs[place].clean)
+                    Whitener::estimate(runs, &residual_w, |place| runs.runs[place].clean)
                 }
-                Memory::OfClean | Memory::OfAll => Whitener::estimate(runs, &left_w, |_| true),
+                Memory::OfClean | Memory::OfAll => Whitener::estimate(runs, &residual_w, |_| true),
             };
             let known = noise.whitener.known(runs);
             noise.weights = known
@@ -101,32 +100,31 @@ impl Noise {
                     .map(|(place, columns)| columns.iter().map(|c| noise.whiten(runs, place, c)).collect())
                     .collect();
                 let ones: Signal = noise.weights.iter().map(|run| vec![1.0; run.len()]).collect();
-                let (left, values, taken) = regress(&matrices(&white, &ones));
+                let (residual, values, taken) = regress(&matrices(&white, &ones));
                 fitted = taken;
-                noise.left = left;
-                left_w = raw
+                noise.residual = residual;
+                residual_w = raw
                     .iter()
                     .map(|columns| {
-                        let mut left = columns.last().cloned().unwrap_or_default();
+                        let mut residual = columns.last().cloned().unwrap_or_default();
                         for (column, value) in columns.iter().zip(values.iter()) {
-                            for (left, x) in left.iter_mut().zip(column) {
-                                *left -= value * x;
+                            for (residual, x) in residual.iter_mut().zip(column) {
+                                *residual -= value * x;
                             }
                         }
-                        left
+                        residual
                     })
                     .collect();
                 noise.weigh(runs);
             }
         }
-        let rows = left_w.iter().map(Vec::len).sum::<usize>() as f64;
-        // What the fit takes along of coloured noise grows with its memory: the rows that the noise
-        // is worth.
+        let rows = residual_w.iter().map(Vec::len).sum::<usize>() as f64;
+        // Coloured noise counts as fewer rows: the fit absorbs more of it.
         let worth =
             rows * (1.0 - noise.whitener.coefficients.iter().sum::<f64>()).powi(2).clamp(LEAST_WORTH, 1.0);
-        noise.floor_w2 = left_w.iter().flatten().map(|x| x * x).sum::<f64>() / rows
+        noise.floor_w2 = residual_w.iter().flatten().map(|x| x * x).sum::<f64>() / rows
             * (1.0 + 0.5 * fitted / worth).min(MOST_TAKEN);
-        noise.left_w = left_w;
+        noise.residual_w = residual_w;
         noise
     }
 
@@ -147,16 +145,15 @@ impl Noise {
         white
     }
 
-    /// Weights and standard deviation again, from what is left.
+    /// Weighted values of each run without their weights.
+    pub fn unweighted<'a>(&self, runs: impl Iterator<Item = &'a [f64]>) -> Signal {
+        let plain = |(x, w): (&f64, &f64)| if *w > 0.0 { x / w } else { 0.0 };
+        runs.zip(&self.weights).map(|(run, w)| run.iter().zip(w).map(plain).collect()).collect()
+    }
+
+    /// Weights and standard deviation from the residual.
     fn weigh(&mut self, runs: &Runs) {
-        let plain: Signal = self
-            .left
-            .iter()
-            .zip(&self.weights)
-            .map(|(left, weights)| {
-                left.iter().zip(weights).map(|(x, w)| if *w > 0.0 { x / w } else { 0.0 }).collect()
-            })
-            .collect();
+        let plain = self.unweighted(self.residual.iter().map(Vec::as_slice));
         let mut spread = Spread::fit(runs, &plain, &self.weights, |_| true).of(runs);
         quieten_clean(runs, &plain, &self.weights, &mut spread);
         let mut sizes: Vec<f64> = Vec::new();
@@ -177,21 +174,20 @@ impl Noise {
         if sum > 0.0 {
             let factor = (sum / count).sqrt();
             self.std_w *= factor;
-            for ((left, plain), weights) in self.left.iter_mut().zip(&plain).zip(&self.weights) {
-                for ((left, x), weight) in left.iter_mut().zip(plain).zip(weights) {
-                    *left = x * weight / factor;
+            for ((residual, plain), weights) in self.residual.iter_mut().zip(&plain).zip(&self.weights) {
+                for ((residual, x), weight) in residual.iter_mut().zip(plain).zip(weights) {
+                    *residual = x * weight / factor;
                 }
             }
         }
     }
 
-    /// Variance of Σ x e, e being what is left, by the scatter of its parts: over blocks of some
-    /// seconds or over whole runs, whichever is greater. 1 per Σ x² if model and normality were
-    /// right.
+    /// Variance of Σ x e, where e is the residual: from the scatter of blocks of some seconds, or
+    /// of whole runs, whichever is greater. For white normal noise it is Σ x².
     pub fn score_variance(&self, period_s: f64, column: &Signal) -> f64 {
-        let along = along(column.iter().flatten(), self.left.iter().flatten());
+        let along = along(column.iter().flatten(), self.residual.iter().flatten());
         let (mut blocks, mut runs) = ([0.0; BLOCKS_S.len()], 0.0);
-        for (x, e) in column.iter().zip(&self.left) {
+        for (x, e) in column.iter().zip(&self.residual) {
             let (square, sum) = block_scores(period_s, x, e, along);
             for (blocks, square) in blocks.iter_mut().zip(square) {
                 *blocks += square;
@@ -203,26 +199,26 @@ impl Noise {
 
     /// As [`score_variance`](Self::score_variance) for a column that lives in one run.
     pub fn run_score_variance(&self, period_s: f64, run: usize, column: &[f64]) -> f64 {
-        let own = &self.left[run];
-        let along = along(column.iter(), own.iter());
-        let variance = column.iter().zip(own).map(|(x, e)| (e - along * x).powi(2)).sum::<f64>()
-            / own.len().max(1) as f64;
+        let residual = &self.residual[run];
+        let along = along(column.iter(), residual.iter());
+        let variance = column.iter().zip(residual).map(|(x, e)| (e - along * x).powi(2)).sum::<f64>()
+            / residual.len().max(1) as f64;
         let square = column.iter().map(|x| x * x).sum::<f64>();
-        block_scores(period_s, column, own, along).0.into_iter().fold(variance * square, f64::max)
+        block_scores(period_s, column, residual, along).0.into_iter().fold(variance * square, f64::max)
     }
 }
 
-/// Clean runs that are far quieter than those in question are a simulator's: they scatter less by
-/// as much, down to a share that keeps them from outweighing everything.
+/// Clean runs much quieter than the field come from a simulator. Their spread is reduced, but not
+/// so far that they outweigh everything.
 fn quieten_clean(runs: &Runs, plain: &Signal, weights: &Signal, spread: &mut Signal) {
     let usual = |clean: bool| {
         let of = runs.runs.iter().zip(plain).zip(spread.iter().zip(weights));
-        let own =
+        let sizes =
             of.filter(|((run, _), _)| run.clean == clean).flat_map(|((_, plain), (spread, weights))| {
                 let known = plain.iter().zip(spread).zip(weights).filter(|(_, weight)| **weight > 0.0);
                 known.map(|((x, spread), _)| (x / spread).abs())
             });
-        scale_of_sizes(&mut own.collect::<Vec<f64>>())
+        scale_of_sizes(&mut sizes.collect::<Vec<f64>>())
     };
     let (Some(field), Some(clean)) = (usual(false), usual(true)) else { return };
     if QUIETER * clean >= field {
@@ -234,11 +230,12 @@ fn quieten_clean(runs: &Runs, plain: &Signal, weights: &Signal, spread: &mut Sig
     }
 }
 
-/// How much of a column is in what is left: an effect of single runs, which no smooth function
+/// Coefficient of a column in the residual: an effect of single runs, which no smooth function
 /// takes out, is no noise.
-fn along<'a>(column: impl Iterator<Item = &'a f64>, left: impl Iterator<Item = &'a f64>) -> f64 {
-    let (with, own) = column.zip(left).fold((0.0, 0.0), |(with, own), (x, e)| (with + x * e, own + x * x));
-    if own > 0.0 { with / own } else { 0.0 }
+fn along<'a>(column: impl Iterator<Item = &'a f64>, residual: impl Iterator<Item = &'a f64>) -> f64 {
+    let (with, square) =
+        column.zip(residual).fold((0.0, 0.0), |(with, square), (x, e)| (with + x * e, square + x * x));
+    if square > 0.0 { with / square } else { 0.0 }
 }
 
 /// Σ (Σ x e)² over blocks of each length, and Σ x e, with e less `along` times x.
@@ -261,8 +258,8 @@ fn matrices(columns: &[Vec<Vec<f64>>], weights: &Signal) -> Vec<DMatrix<f64>> {
         .collect()
 }
 
-/// Least squares of the last column on the others, all runs together; directions that the rows do
-/// not hold are left out. What is left, the coefficients, and how many directions were fitted.
+/// Least squares of the last column on the others, all runs together, without directions that the
+/// rows do not determine. Residual, coefficients, and number of directions fitted.
 fn regress(runs: &[DMatrix<f64>]) -> (Signal, DVector<f64>, f64) {
     let columns = runs.first().map_or(0, |run| run.ncols().saturating_sub(1));
     let mut gram = DMatrix::<f64>::zeros(columns + 1, columns + 1);
@@ -277,17 +274,17 @@ fn regress(runs: &[DMatrix<f64>]) -> (Signal, DVector<f64>, f64) {
     let places: Vec<usize> = (0..columns).collect();
     let equations = NormalEquations::from_products(&gram, &places);
     let data = equations.matrix().clone();
-    // Columns that repeat each other share what they explain: a ridge far below the noise of any.
+    // A ridge far below any noise: collinear columns share what they explain.
     let (values, fitted) = match equations.factor(RIDGE) {
         Ok(factored) => (factored.solution(), factored.determined(&data)),
         Err(_) => (DVector::zeros(columns), 0.0),
     };
-    let left = runs
+    let residual = runs
         .iter()
         .map(|run| {
             let fit = run.columns(0, columns) * &values;
             (run.column(columns) - fit).as_slice().to_vec()
         })
         .collect();
-    (left, values, fitted)
+    (residual, values, fitted)
 }

@@ -1,9 +1,8 @@
-//! How the scatter of what is left varies from row to row: with jerk, acceleration and power.
+//! How the scatter of the residual varies from row to row: with jerk, acceleration and power.
 //!
-//! No model of filtered signals is right where a wheel starts or stops: the power is no linear
-//! function of the speeds there, and the filter mixes what was before with what comes behind. Such
-//! rows scatter several times as much as steady ones. Weighed alike they would drown what the
-//! steady ones say.
+//! Models of filtered signals fail where a wheel starts or stops: power is no linear function of
+//! speed there, and the filter mixes rows before with rows after. Such rows scatter several times
+//! as much as steady ones. With equal weights they would drown the steady rows.
 
 use logs::runs::Runs;
 
@@ -21,12 +20,12 @@ pub struct Spread {
 
 impl Spread {
     /// Of the rows of some runs whose weight is not 0.
-    pub fn fit(runs: &Runs, left: &Signal, known: &Signal, of: impl Fn(usize) -> bool) -> Self {
+    pub fn fit(runs: &Runs, residual: &Signal, known: &Signal, of: impl Fn(usize) -> bool) -> Self {
         let places: Vec<usize> = (0..runs.runs.len()).filter(|&place| of(place)).collect();
         let rows = || {
             let known = move |place: usize, row: usize| known[place][row] > 0.0;
             places.iter().flat_map(move |&place| {
-                (0..left[place].len()).filter(move |&row| known(place, row)).map(move |row| (place, row))
+                (0..residual[place].len()).filter(move |&row| known(place, row)).map(move |row| (place, row))
             })
         };
         let measures = measures(runs);
@@ -41,7 +40,7 @@ impl Spread {
                 for (place, row) in rows() {
                     let at = std::array::from_fn(|m| measures[m][place][row]);
                     squares[level(&spread.edges[m], at[m])]
-                        .push(left[place][row].powi(2) / spread.variance(&at));
+                        .push(residual[place][row].powi(2) / spread.variance(&at));
                 }
                 for (factor, squares) in spread.factors[m].iter_mut().zip(squares) {
                     *factor *= scatter(squares);

@@ -109,9 +109,9 @@ mod tests {
         for k in 2..6 {
             lags.push(0.6 * lags[k - 1] + 0.3 * lags[k - 2]);
         }
-        let found = levinson(&lags);
-        for (found, expected) in found.iter().zip([0.6, 0.3, 0.0, 0.0, 0.0]) {
-            assert!((found - expected).abs() < 1e-12, "{found} {expected}");
+        let coefficients = levinson(&lags);
+        for (value, expected) in coefficients.iter().zip([0.6, 0.3, 0.0, 0.0, 0.0]) {
+            assert!((value - expected).abs() < 1e-12, "{value} {expected}");
         }
     }
 }

@@ -3,14 +3,15 @@
 use logs::robot::Robot;
 use logs::runs::{RawRun, Runs};
 use model_core::estimator::Sample;
-use model_core::torque::TorqueModel;
+use model_core::torque::{Drive, TorqueModel};
 use nalgebra::DMatrix;
 
 use super::Problem;
 use super::panel::Fixed;
+use crate::late::with_power;
 use crate::noise::Noise;
 use crate::noise::whiten::Whitener;
-use crate::twin::Twin;
+use crate::twin::{State, Twin};
 
 /// Standard deviation of the noise, W.
 pub(crate) const STD_W: f64 = 0.07;
@@ -30,6 +31,12 @@ pub(crate) fn runs(paces: [f64; 2]) -> Runs {
     Runs::condition(&burger, raw.into()).unwrap()
 }
 
+/// Runs whose power is that of a state each.
+pub(crate) fn simulated(runs: &Runs, drive: Drive, truth: impl Fn(usize) -> State) -> Runs {
+    let twin = Twin::new(runs, drive);
+    with_power(runs, (0..runs.runs.len()).map(|run| twin.predict(run, &truth(run))).collect())
+}
+
 /// Noise of a known standard deviation that has no memory, and of which nothing says that it
 /// scatters more along any column.
 fn white(runs: &Runs) -> Noise {
@@ -38,8 +45,8 @@ fn white(runs: &Runs) -> Noise {
         whitener: Whitener { coefficients: Vec::new() },
         std_w: STD_W,
         weights: all(1.0),
-        left: all(0.0),
-        left_w: all(0.0),
+        residual: all(0.0),
+        residual_w: all(0.0),
         floor_w2: 0.0,
     }
 }
@@ -56,6 +63,6 @@ pub(crate) fn bare<'a>(twin: Twin<'a>, centre: TorqueModel<f64>, base: usize) ->
         factor: None,
         smooth: Vec::new(),
         misfit: 1.0,
-        in_runs: 1.0,
+        search_factor: 1.0,
     }
 }

@@ -61,8 +61,8 @@ impl Problem<'_> {
         Some(Fitted { state, loss: best.0, run_losses: best.1, products, covariance: solved?.covariance() })
     }
 
-    /// Where along a regressor a fit is to start: the coefficient with the least loss, where that
-    /// is less than without the regressor.
+    /// Start for the fit of a regressor: the coefficient with the least loss; `None` where the loss
+    /// is less without it.
     pub(crate) fn best_start(
         &self,
         state: &State,
@@ -92,31 +92,27 @@ impl Problem<'_> {
         next
     }
 
-    /// What is left at a state, whitened, the discrepancy taken out, without the weights.
+    /// The whitened residual of a state without discrepancy and weights.
     pub fn plain(&self, state: &State) -> Signal {
-        let runs = self.left(state).into_iter().zip(&self.noise.weights);
-        runs.map(|(left, weights)| {
-            left.iter().zip(weights).map(|(x, w)| if *w > 0.0 { x / w } else { 0.0 }).collect()
-        })
-        .collect()
+        self.noise.unweighted(self.residual(state).iter().map(DVector::as_slice))
     }
 
     /// Sum of squares with the prior's penalty, and that of each run without it.
     pub(super) fn losses(&self, state: &State) -> (f64, Vec<f64>) {
-        let runs: Vec<f64> = self.left(state).iter().map(DVector::norm_squared).collect();
+        let runs: Vec<f64> = self.residual(state).iter().map(DVector::norm_squared).collect();
         let offset = self.offset(state);
         let penalty = offset.dot(&(&self.precision * &offset));
         let total = runs.iter().sum::<f64>() + penalty;
         (if total.is_finite() { total } else { f64::INFINITY }, runs)
     }
 
-    /// What is left at a state, whitened and weighted, the discrepancy taken out.
-    fn left(&self, state: &State) -> Vec<DVector<f64>> {
-        let left = self.twin.residual(state);
-        let mut white: Vec<DVector<f64>> = left
+    /// The whitened, weighted residual of a state without discrepancy.
+    fn residual(&self, state: &State) -> Vec<DVector<f64>> {
+        let residual = self.twin.residual(state);
+        let mut white: Vec<DVector<f64>> = residual
             .iter()
             .enumerate()
-            .map(|(place, left)| DVector::from_vec(self.noise.whiten(self.twin.runs, place, left)))
+            .map(|(place, residual)| DVector::from_vec(self.noise.whiten(self.twin.runs, place, residual)))
             .collect();
         if let Some(factor) = &self.factor {
             let mut right = DVector::zeros(self.discrepancy.len());
@@ -131,9 +127,8 @@ impl Problem<'_> {
         white
     }
 
-    /// Covariance of base and effects: as the equations say, or as large as runs disagree, each
-    /// left out in turn (the jackknife of Quenouille and Tukey, field and clean runs apart),
-    /// whichever is greater for each coefficient.
+    /// Covariance of base and effects. For each coefficient the greater variance counts: that of
+    /// the equations, or the jackknife's (Quenouille and Tukey), field and clean runs separately.
     pub fn covariance(&self, fitted: &Fitted) -> DMatrix<f64> {
         let wanted: Vec<usize> =
             (0..self.base).chain(self.base + self.discrepancy.len()..fitted.covariance.nrows()).collect();
@@ -151,7 +146,7 @@ impl Problem<'_> {
             let count = moves.len() as f64;
             if moves.len() > 1 {
                 let mean = moves.iter().sum::<DVector<f64>>() / count;
-                let squares = moves.iter().map(|own| (own - &mean).map(|x| x * x)).sum::<DVector<f64>>();
+                let squares = moves.iter().map(|moved| (moved - &mean).map(|x| x * x)).sum::<DVector<f64>>();
                 variances += squares * ((count - 1.0) / count);
             }
         }
@@ -161,12 +156,12 @@ impl Problem<'_> {
         DMatrix::from_fn(size, size, |i, j| formal(i, j) * inflation[i] * inflation[j])
     }
 
-    /// How many times greater the variance of the last `count` coefficients is by what runs
-    /// disagree than by the equations; at least 1.
+    /// Greatest ratio of the jackknife's variance to the equations' among the last `count`
+    /// coefficients; at least 1.
     pub(crate) fn disagreement(&self, fitted: &Fitted, count: usize) -> f64 {
-        let (own, formal) = (self.covariance(fitted).diagonal(), fitted.covariance.diagonal());
-        let pairs = own.iter().rev().zip(formal.iter().rev()).take(count);
-        pairs.map(|(own, formal)| own / formal.max(1e-300)).fold(1.0, f64::max)
+        let (jackknife, formal) = (self.covariance(fitted).diagonal(), fitted.covariance.diagonal());
+        let pairs = jackknife.iter().rev().zip(formal.iter().rev()).take(count);
+        pairs.map(|(jackknife, formal)| jackknife / formal.max(1e-300)).fold(1.0, f64::max)
     }
 
     /// As [`Fitted::loss`] with a run left out, to first order.

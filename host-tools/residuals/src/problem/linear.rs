@@ -1,4 +1,4 @@
-//! The problem made linear about a state: what further columns say about what is left.
+//! The problem made linear about a state: how further columns explain the residual.
 
 use logs::runs::Runs;
 use nalgebra::DMatrix;
@@ -19,8 +19,8 @@ pub struct Score {
     pub(crate) z: f64,
     /// Share of the column that base and effects leave.
     pub(crate) share: f64,
-    /// 1 where what is left scatters along the column as noise does, more where it scatters more:
-    /// there a gain in χ² means less.
+    /// Variance of the residual along the column, relative to noise; at least 1. A greater one
+    /// makes a gain in χ² mean less.
     pub(crate) variance_inflation: f64,
 }
 
@@ -48,20 +48,20 @@ impl Linear<'_> {
         self.first + further
     }
 
-    /// The score of a further column: its variance is that of what is left along it, and never
-    /// below that of white noise.
+    /// The score of a further column. Its variance is that of the residual along it, and at least
+    /// that of white noise.
     pub fn score(&self, further: usize) -> Option<Score> {
         let (places, column): (Vec<usize>, usize) = ((0..self.first).collect(), self.place(further));
-        let own = FurtherColumn::from_products(&self.products, &places, column);
-        let found = self.factored.score(&own, LEAST_SHARE)?;
-        let projected = self.panel.projected(column, &places, &found.by);
-        let inflated = found.variance.max(self.noise.score_variance(self.runs.period_s, &projected));
+        let products = FurtherColumn::from_products(&self.products, &places, column);
+        let score = self.factored.score(&products, LEAST_SHARE)?;
+        let projected = self.panel.projected(column, &places, &score.by);
+        let inflated = score.variance.max(self.noise.score_variance(self.runs.period_s, &projected));
         Some(Score {
-            value: found.value(),
-            std_err: inflated.sqrt() / found.variance,
-            z: found.score / inflated.sqrt(),
-            share: found.share,
-            variance_inflation: inflated / found.variance,
+            value: score.value(),
+            std_err: inflated.sqrt() / score.variance,
+            z: score.score / inflated.sqrt(),
+            share: score.share,
+            variance_inflation: inflated / score.variance,
         })
     }
 }
@@ -85,16 +85,16 @@ mod tests {
         const BASE: usize = 4;
         let runs = runs([0.4, 0.9]);
         let torque = TorqueModel::from_array([0.05, 0.01, 0.004, 0.002, 1.3, 2.0, 0.0]);
-        let twin = Twin { runs: &runs, drive: Drive::Regenerative, lag: 0.0, early: 0.0 };
+        let twin = Twin::new(&runs, Drive::Regenerative);
         let start = State { torque, effects: Vec::new() };
         let problem = bare(twin, torque, BASE);
         for effect in [Regressor::Term(Term::Stribeck(1.0)), Regressor::Delay, Regressor::Term(Term::Offset)]
         {
             let score = problem.linear(&start, std::slice::from_ref(&effect), &[]).unwrap().score(0).unwrap();
-            let parts: Vec<_> = (0..2)
+            let of_runs: Vec<_> = (0..2)
                 .map(|place| twin.columns(place, &start, BASE, std::slice::from_ref(&effect)))
                 .collect();
-            let column = |index: usize| parts.iter().flat_map(move |part| part[index].iter().copied());
+            let column = |index: usize| of_runs.iter().flat_map(move |run| run[index].iter().copied());
             let columns: Vec<DVector<f64>> = (0..BASE + 2)
                 .map(|index| DVector::from_iterator(column(index).count(), column(index)))
                 .collect();
@@ -102,7 +102,7 @@ mod tests {
             let inverse = design.tr_mul(&design).try_inverse().unwrap();
             let beta = &inverse * design.tr_mul(&columns[BASE + 1]);
             let std_err = STD_W * inverse[(BASE, BASE)].sqrt();
-            let near = |found: f64, expected: f64| (found / expected - 1.0).abs() < 1e-6;
+            let near = |value: f64, expected: f64| (value / expected - 1.0).abs() < 1e-6;
             assert!(near(score.value, beta[BASE]), "{effect:?}: {} {}", score.value, beta[BASE]);
             assert!(near(score.std_err, std_err), "{effect:?}: {} {std_err}", score.std_err);
             assert!(near(score.z, beta[BASE] / std_err), "{effect:?}: {}", score.z);

@@ -1,11 +1,11 @@
-//! One state of knowledge about some runs: how far a column, or an added effect, explains what is
-//! left.
+//! The regression problem of some runs: how much of the residual a column, or an added effect,
+//! explains.
 
+pub mod clean_delay;
 pub mod delay;
 #[cfg(test)]
 pub(crate) mod example;
 pub mod fit;
-pub mod lag;
 pub mod linear;
 pub mod open;
 pub mod panel;
@@ -35,7 +35,7 @@ pub struct Problem<'a> {
     pub centre: TorqueModel<f64>,
     /// How many parameters it has.
     pub base: usize,
-    /// How surely its own fit knows it: the inverse of its covariance.
+    /// Inverse of the covariance of its fit.
     pub precision: DMatrix<f64>,
     /// The noise.
     pub noise: Noise,
@@ -45,16 +45,14 @@ pub struct Problem<'a> {
     pub factor: Option<Factored>,
     /// Smooth functions in the runs in question, whitened; 0 in clean runs.
     pub smooth: Vec<Signal>,
-    /// How many times the variance of what noise alone does clean runs show of each other, at least
-    /// 1.
+    /// Variance that clean runs show of each other, relative to noise alone; at least 1.
     pub misfit: f64,
-    /// How many times as high as other |z| one of single runs, or of a time that was searched for,
-    /// has to be.
-    pub in_runs: f64,
+    /// Factor on the threshold of |z| for effects of single runs and of searched times.
+    pub search_factor: f64,
 }
 
 impl Problem<'_> {
-    /// How far a state's base is from where its own fit left it.
+    /// Difference between a state's base and that of its own fit.
     pub fn offset(&self, state: &State) -> DVector<f64> {
         let (now, then) = (state.torque.to_array(), self.centre.to_array());
         DVector::from_fn(self.base, |i, _| now[i] - then[i])
@@ -65,14 +63,13 @@ impl Problem<'_> {
         State { torque: self.centre, effects: Vec::new() }
     }
 
-    /// A |z| that is as rare where clean runs disagree as this one is where there is noise alone.
-    pub fn beyond(&self, z: f64) -> f64 {
+    /// The |z| that is as rare with the clean runs' misfit as `z` is with noise alone.
+    pub fn inflated(&self, z: f64) -> f64 {
         z * self.misfit.sqrt()
     }
 
-    /// What a candidate's search and its further columns cost, in χ² that counts in variances of
-    /// the noise: by chance they gain as many times more as clean runs show [beyond
-    /// noise](Self::misfit).
+    /// χ² that a candidate's search and its further columns gain by chance; it grows with the
+    /// [misfit](Self::misfit) of clean runs.
     pub(crate) fn price(&self, candidate: &Candidate) -> f64 {
         self.misfit * penalty(candidate)
     }
@@ -139,12 +136,12 @@ impl Problem<'_> {
     }
 
     /// The greatest [`Score::variance_inflation`](linear::Score) of regressors that were added to a
-    /// state and fitted; 1 where there is none. It is told by what the fit leaves: a step at times
-    /// of its own is no smooth function, and would be taken for its own noise.
+    /// state and fitted; 1 without any. It is computed from the residual after the fit: before it,
+    /// a step at a run's own time would count as noise.
     pub(crate) fn variance_inflation(&self, state: &State, regressors: &[Regressor], fitted: &State) -> f64 {
         let Some(linear) = self.linear(state, regressors, &[]) else { return 1.0 };
-        let noise = match self.left_smoothly(fitted) {
-            Some(left) => Noise { left, ..self.noise.clone() },
+        let noise = match self.rough_residual(fitted) {
+            Some(residual) => Noise { residual, ..self.noise.clone() },
             None => self.noise.clone(),
         };
         let linear = Linear { noise: &noise, ..linear };
@@ -154,9 +151,9 @@ impl Problem<'_> {
             .fold(1.0, f64::max)
     }
 
-    /// What a state leaves, whitened, when the discrepancy, its effects and everything smooth are
-    /// taken out.
-    fn left_smoothly(&self, state: &State) -> Option<Signal> {
+    /// The whitened residual of a state, less its regression on discrepancy, effects and smooth
+    /// functions.
+    fn rough_residual(&self, state: &State) -> Option<Signal> {
         let panel = self.panel(state, &[], &self.smooth);
         let products = panel.products().total(None);
         let residual = products.ncols() - 1;

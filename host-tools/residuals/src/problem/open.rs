@@ -14,8 +14,8 @@ use crate::types::{Base, Options};
 use model_core::effects::Term;
 use nalgebra::{DMatrix, DVector};
 
-/// Of effects that are `known` noise and discrepancy are told; what is looked for begins without
-/// them.
+/// Effects that are `known` take part in the estimate of noise and discrepancy; the search starts
+/// without them.
 pub fn open_problem<'a>(
     twin: Twin<'a>,
     known: &[(Regressor, f64)],
@@ -59,7 +59,7 @@ pub fn open_problem<'a>(
         factor,
         smooth,
         misfit: options.misfit,
-        in_runs: options.in_runs,
+        search_factor: options.search_factor,
     }
 }
 
@@ -78,8 +78,8 @@ fn shared(
     regressors: &[Regressor],
     smooth: &[Signal],
 ) -> Vec<Signal> {
-    let (own, further) = smooth.split_at(smooth::count_own(twin.runs, smooth));
-    let mut shared = [own.to_vec(), smooth::shown_by_clean(twin.runs, further.to_vec())].concat();
+    let (of_motion, further) = smooth.split_at(smooth::count_of_motion(twin.runs, smooth));
+    let mut shared = [of_motion.to_vec(), smooth::shown_by_clean(twin.runs, further.to_vec())].concat();
     let all = twin.runs;
     let mut field = all.clone();
     for run in &mut field.runs {
@@ -131,7 +131,7 @@ fn factor(discrepancy: &Fixed) -> Option<Factored> {
 /// Λ of the base's covariance, widened by a relative slack; next to nothing without a covariance.
 pub fn precision(base: &Base, parameters: usize, slack: f64) -> DMatrix<f64> {
     let values = base.torque.to_array();
-    // Sizes of parameters that were found to be zero.
+    // Typical sizes, for parameters of zero.
     let typical = [1e-2, 1e-2, 1e-3, 1e-3, 1.0, 1.0, 1e-2];
     let size = |i: usize| values[i].abs().max(1e-2 * typical[i]);
     let Some(covariance) = &base.covariance else { return loose(base, parameters) };
@@ -152,7 +152,7 @@ pub fn precision(base: &Base, parameters: usize, slack: f64) -> DMatrix<f64> {
     DMatrix::from_fn(parameters, parameters, |i, j| inverse[(i, j)] * scale[i] * scale[j])
 }
 
-/// Next to nothing is known: the runs tell.
+/// A very weak prior: the runs decide.
 fn loose(base: &Base, parameters: usize) -> DMatrix<f64> {
     let values = base.torque.to_array();
     let precision = DVector::from_fn(parameters, |i, _| 1e-6 / values[i].abs().max(1e-4).powi(2));

@@ -103,13 +103,13 @@ impl<'a> Panel<'a> {
     pub fn products(&self) -> Products {
         let (base, fixed) = (self.base, self.fixed.len());
         let runs = self.moving.iter().enumerate().map(|(place, moving)| {
-            let own = moving.tr_mul(moving);
+            let products = moving.tr_mul(moving);
             let size = moving.ncols() + fixed;
             let at = |column: usize| if column < base { column } else { column + fixed };
             let mut all = DMatrix::zeros(size, size);
             for i in 0..moving.ncols() {
                 for j in 0..moving.ncols() {
-                    all[(at(i), at(j))] = own[(i, j)];
+                    all[(at(i), at(j))] = products[(i, j)];
                 }
             }
             if fixed > 0 {
@@ -153,11 +153,11 @@ impl<'a> Panel<'a> {
     pub fn projected(&self, column: usize, on: &[usize], by: &DVector<f64>) -> Signal {
         (0..self.moving.len())
             .map(|run| {
-                let mut left = self.column(run, column).into_owned();
+                let mut remainder = self.column(run, column).into_owned();
                 for (&other, factor) in on.iter().zip(by.iter()) {
-                    left.axpy(-factor, &self.column(run, other), 1.0);
+                    remainder.axpy(-factor, &self.column(run, other), 1.0);
                 }
-                left.as_slice().to_vec()
+                remainder.as_slice().to_vec()
             })
             .collect()
     }

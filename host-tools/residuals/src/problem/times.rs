@@ -9,15 +9,15 @@ use crate::thresholds::detect::{MOST_TIMES, RUN_ENDS, TIME_GRID_S, TIME_PENALTY}
 use crate::thresholds::name::{LEAST_ROUND, TIME_ROUNDS, TIME_STEPS_S};
 use crate::twin::State;
 
-/// What the search for a step's own time in one of so many runs costs, in χ²: which runs have one
-/// was chosen, too.
+/// χ² that the search for a step's time gains by chance in one of `runs` runs; the choice of the
+/// run counts, too.
 pub(crate) fn cost_of_a_time(runs: usize) -> f64 {
     TIME_PENALTY + 2.0 * (runs as f64).ln()
 }
 
 impl Problem<'_> {
-    /// Looks for the times of the last effect's steps between those that were tried, run by run,
-    /// and in runs in which there was none: what the others have may have hidden it.
+    /// Refines the times of the last effect's steps, run by run. Runs without a step are searched,
+    /// too: steps of other runs may have hidden theirs.
     pub fn sharpen_times(&self, fitted: &mut Fitted) {
         let Some((Regressor::Switch(what, times), _)) = fitted.state.effects.last().cloned() else {
             return;
@@ -54,66 +54,66 @@ impl Problem<'_> {
     }
 
     /// What one run adds to the sum of squares.
-    fn part(&self, state: &State, run: usize) -> Part {
+    fn run_loss(&self, state: &State, run: usize) -> RunLoss {
         let predicted = self.twin.predict(run, state);
         let rows = &self.twin.runs.runs[run].rows;
-        let left: Vec<f64> = rows.iter().zip(predicted).map(|(row, p)| row.power - p).collect();
-        let white = DVector::from_vec(self.noise.whiten(self.twin.runs, run, &left));
+        let residual: Vec<f64> = rows.iter().zip(predicted).map(|(row, p)| row.power - p).collect();
+        let white = DVector::from_vec(self.noise.whiten(self.twin.runs, run, &residual));
         let along =
             self.discrepancy.runs.get(run).map_or(DVector::zeros(0), |signals| signals.tr_mul(&white));
-        Part { square: white.norm_squared(), along }
+        RunLoss { square: white.norm_squared(), along }
     }
 
     /// Sum of squares of all runs, the discrepancy taken out; without the prior's penalty.
-    fn joint_loss(&self, parts: &[Part]) -> f64 {
-        let square: f64 = parts.iter().map(|part| part.square).sum();
+    fn joint_loss(&self, runs: &[RunLoss]) -> f64 {
+        let square: f64 = runs.iter().map(|run| run.square).sum();
         let Some(factor) = &self.factor else { return square };
         let mut along = DVector::zeros(self.discrepancy.len());
-        for part in parts {
-            along += &part.along;
+        for run in runs {
+            along += &run.along;
         }
         square - along.dot(&factor.solve(&along))
     }
 }
 
-/// Times that are tried, and what they leave.
+/// Step times on trial, and their loss.
 struct Search<'p> {
     problem: &'p Problem<'p>,
     state: &'p State,
     what: Switched,
     times: Vec<f64>,
-    parts: Vec<Part>,
+    run_losses: Vec<RunLoss>,
     loss: f64,
 }
 
 impl<'p> Search<'p> {
     fn new(problem: &'p Problem<'p>, state: &'p State, what: Switched, times: Vec<f64>) -> Self {
         let now = with_times(state, what, &times);
-        let parts: Vec<Part> = (0..times.len()).map(|run| problem.part(&now, run)).collect();
-        let loss = problem.joint_loss(&parts);
-        Self { problem, state, what, times, parts, loss }
+        let run_losses: Vec<RunLoss> = (0..times.len()).map(|run| problem.run_loss(&now, run)).collect();
+        let loss = problem.joint_loss(&run_losses);
+        Self { problem, state, what, times, run_losses, loss }
     }
 
-    /// Sets the time of a run, if that is better; the first one of a run by more than it costs.
+    /// Sets the time of a run if that lowers the loss: by `cost` at least where the run had none.
     fn moves(&mut self, run: usize, at: f64, cost: f64) -> bool {
         let kept = std::mem::replace(&mut self.times[run], at);
-        let part = self.problem.part(&with_times(self.state, self.what, &self.times), run);
-        let part = std::mem::replace(&mut self.parts[run], part);
-        let loss = self.problem.joint_loss(&self.parts);
+        let tried = self.problem.run_loss(&with_times(self.state, self.what, &self.times), run);
+        let before = std::mem::replace(&mut self.run_losses[run], tried);
+        let loss = self.problem.joint_loss(&self.run_losses);
         let cost = if kept.is_infinite() { cost } else { 0.0 };
         let better = loss < self.loss - cost;
         if better {
             self.loss = loss;
         } else {
             self.times[run] = kept;
-            self.parts[run] = part;
+            self.run_losses[run] = before;
         }
         better
     }
 }
 
-/// Of one run: its sum of squares, and its products with the discrepancy.
-struct Part {
+/// A run's sum of squares, and its products with the discrepancy.
+struct RunLoss {
     square: f64,
     along: DVector<f64>,
 }
@@ -136,24 +136,17 @@ mod tests {
     use crate::thresholds::problem::MOST_FIT_STEPS;
     use crate::twin::Twin;
 
-    /// Steps of 0.5 W at 8 and 17 s; of the second run nobody knew that it has one. In a run
-    /// without a step none is found.
+    /// Steps of 0.5 W at 8 and 17 s; the second is not among the starts. In a run without a step
+    /// none is detected.
     #[test]
     fn a_step_is_found_in_a_run_in_which_there_was_none() {
         let torque = TorqueModel::from_array([0.05, 0.01, 0.004, 0.002, 1.3, 2.0, 0.0]);
-        let found = |hidden: [f64; 2]| {
-            let mut runs = example::runs([0.8, 0.3]);
+        let sharpened = |hidden: [f64; 2]| {
             let step = |times: [f64; 2]| Regressor::Switch(Switched::Static, times.to_vec().into());
             let truth = State { torque, effects: vec![(step(hidden), 0.5)] };
-            let powers: Vec<Vec<f64>> = {
-                let twin = Twin { runs: &runs, drive: Drive::Dissipative, lag: 0.0, early: 0.0 };
-                (0..2).map(|run| twin.predict(run, &truth)).collect()
-            };
-            for (run, powers) in runs.runs.iter_mut().zip(powers) {
-                let rows = run.rows.iter().zip(powers);
-                run.rows = rows.map(|(row, power)| logs::runs::Row { power, ..*row }).collect();
-            }
-            let twin = Twin { runs: &runs, drive: Drive::Dissipative, lag: 0.0, early: 0.0 };
+            let runs = example::runs([0.8, 0.3]);
+            let runs = example::simulated(&runs, Drive::Dissipative, |_| truth.clone());
+            let twin = Twin::new(&runs, Drive::Dissipative);
             let problem = example::bare(twin, torque, 0);
             let none = State { torque, effects: Vec::new() };
             let start = step([hidden[0], f64::INFINITY]);
@@ -162,9 +155,9 @@ mod tests {
             let Some((Regressor::Switch(_, times), size)) = fitted.state.effects.pop() else { panic!() };
             (times.to_vec(), size)
         };
-        let (times, size) = found([8.0, 17.0]);
+        let (times, size) = sharpened([8.0, 17.0]);
         assert!((times[0] - 8.0).abs() < 0.2 && (times[1] - 17.0).abs() < 0.2, "{times:?}");
         assert!((size - 0.5).abs() < 0.02, "{size}");
-        assert!(found([8.0, f64::INFINITY]).0[1].is_infinite());
+        assert!(sharpened([8.0, f64::INFINITY]).0[1].is_infinite());
     }
 }

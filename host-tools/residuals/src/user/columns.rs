@@ -1,4 +1,4 @@
-//! Formulas as further columns of the runs, and the candidates that they are.
+//! Formulas as further columns of the runs, and as candidates.
 
 use std::path::Path;
 
@@ -54,15 +54,15 @@ impl UserCandidates {
         field: &mut Runs,
         clean: Option<&mut Runs>,
     ) -> Result<Self> {
-        let mut found = Self::default();
+        let mut outcome = Self::default();
         let mut clean = clean;
         for effect in effects {
             match add_column(effect, file, field)? {
-                Ok(place) => found.candidates.push(effect.candidate(place)),
+                Ok(place) => outcome.candidates.push(effect.candidate(place)),
                 Err(missing) => {
                     let missing: Vec<String> = missing.iter().map(|name| lacking(name, field)).collect();
                     let reason = format!("needs {}", missing.join(", "));
-                    found.not_testable.push(NotTestable { id: effect.id.clone(), reason });
+                    outcome.not_testable.push(NotTestable { id: effect.id.clone(), reason });
                     continue;
                 }
             }
@@ -70,7 +70,7 @@ impl UserCandidates {
                 let _lacks = add_column(effect, file, clean)?;
             }
         }
-        Ok(found)
+        Ok(outcome)
     }
 }
 
@@ -84,8 +84,8 @@ fn add_column(
     let mut signals = Vec::new();
     let mut missing = Vec::new();
     for name in effect.formula.variables() {
-        let own = known.iter().find(|(known, _)| known == name).map(|(_, signal)| *signal);
-        match own.or_else(|| runs.column(name).map(Signals::Column)) {
+        let built_in = known.iter().find(|(known, _)| known == name).map(|(_, signal)| *signal);
+        match built_in.or_else(|| runs.column(name).map(Signals::Column)) {
             Some(signal) => signals.push(signal),
             None => missing.push(name.clone()),
         }

@@ -78,9 +78,9 @@ fn parse(text: &str) -> Result<Vec<UserEffect>> {
             None => Error::failed(message),
         }
     })?;
-    let found = document.effect.len();
-    if found > MOST_EFFECTS {
-        return Err(Error::failed(format!("{found} effects; expected at most {MOST_EFFECTS}")));
+    let count = document.effect.len();
+    if count > MOST_EFFECTS {
+        return Err(Error::failed(format!("{count} effects; expected at most {MOST_EFFECTS}")));
     }
     let mut effects: Vec<UserEffect> = Vec::new();
     for raw in document.effect {
