@@ -26,18 +26,17 @@ pub struct Confirmed {
     pub before_w: f64,
     /// After.
     pub after_w: f64,
-    /// What no effect can remove, W: what is left of the locked runs when everything that varies
-    /// smoothly is taken out, and what the base gets wrong on its own clean runs.
+    /// What no effect can remove, W: the residual of the locked runs without its smooth content,
+    /// and the base's error on its own clean runs.
     pub floor_w: f64,
-    /// The same before it was held at `after_w`: a floor above what is left says that the estimate
-    /// is too high there, W.
+    /// The same before it was limited to `after_w`: above that, the estimate is too high, W.
     pub floor_unclipped_w: f64,
     /// RMS of measured less predicted power on the clean runs, W.
     pub clean_w: Option<f64>,
     /// How the floor was estimated, for users.
     pub floor_how: &'static str,
-    /// Share of the gap that is closed; `None` where nothing was to be closed, or no locked run has
-    /// the effect.
+    /// Share of the gap that is closed; `None` without a gap, or where no locked run has the
+    /// effect.
     pub closed: Option<f64>,
     /// How much of what was added the locked runs show. `None` as above, and where nothing was
     /// added.
@@ -62,16 +61,15 @@ const FLOOR_WITH_SIMULATOR: &str = "RMS left on the locked runs when all that va
 const FLOOR_ALONE: &str = "RMS left on the locked runs when all that varies smoothly with the drive is regressed out; what \
                            the base gets wrong on clean runs is not known";
 
-/// How much of what was added is there, by the locked runs and the clean ones alone: 1 where the
-/// effects are as found, 0 where nothing of them is. What the base gets wrong on any run is fitted
-/// along, as it was when they were named.
+/// How much of the added effects the locked and clean runs alone show: 1 for all, 0 for nothing.
+/// The base's error on any run is fitted, too, as it was for naming.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ConfirmedShare {
     /// The share.
     pub share: f64,
     /// Its standard error.
     pub std_err: f64,
-    /// How many locked runs told.
+    /// Number of locked runs.
     pub runs: usize,
 }
 
@@ -88,7 +86,7 @@ impl ConfirmedShare {
         too_small || self.interval().0 <= 0.0
     }
 
-    /// By a problem posed of locked runs, then clean ones, and what the locked ones leave before
+    /// From a problem of locked runs, then clean ones, and the residuals of the locked runs before
     /// and after.
     pub fn of(locked: &Problem<'_>, residuals: &[Signal; 2]) -> Option<Self> {
         let runs = &locked.twin.runs.runs;
@@ -110,10 +108,9 @@ impl ConfirmedShare {
 }
 
 impl Confirmed {
-    /// The locked runs speak against what was added, or do not surely speak for it. Where the share
-    /// of it that they show is known, it decides: what the base gets wrong may be larger than the
-    /// effect, and move single runs either way; but predictions that got worse on the whole are no
-    /// confirmation.
+    /// Whether the locked runs contradict the added effects, or do not surely show them. A known
+    /// share decides: the base's error may be larger than the effect, and move single runs either
+    /// way. But predictions that get worse on the whole confirm nothing.
     pub fn refuted(&self) -> bool {
         if let Some(share) = self.share {
             return share.is_missing() || self.gain_w2.mean <= 0.0;
@@ -124,8 +121,7 @@ impl Confirmed {
         self.closed.is_some() && shrunk <= grown
     }
 
-    /// Share of what the locked runs have beyond clean ones that is closed; `None` without clean
-    /// runs, or where they have nothing more.
+    /// Share of the excess over clean runs that is closed; `None` without clean runs or an excess.
     pub fn closed_to_clean(&self) -> Option<f64> {
         let [before, after] = [self.before_w, self.after_w].map(|gap| gap * gap);
         let open = before - self.clean_w?.powi(2);
@@ -133,7 +129,7 @@ impl Confirmed {
     }
 }
 
-/// Predicts the locked runs before and after, by what the open ones told.
+/// Predicts the locked runs before and after, from the fit to the open ones.
 pub fn on_locked(
     runs: &Runs,
     split: &Split,
@@ -144,14 +140,13 @@ pub fn on_locked(
     parameters: usize,
 ) -> Confirmed {
     let locked = runs.subset(&split.locked);
-    let lag = open.twin.clean_delay;
-    let twin = Twin { clean_delay: lag, ..Twin::new(&locked, base.drive) };
+    let twin = Twin { clean_delay: open.twin.clean_delay, ..Twin::new(&locked, base.drive) };
     let start = State { torque: base.torque, effects: Vec::new() };
     let before = twin.residual(&start);
-    // Effects of single runs are those of the runs they were found in: none of these.
+    // Effects of single runs were detected in open runs: no locked run has them.
     let common: Vec<(Regressor, f64)> =
         state.effects.iter().filter(|(regressor, _)| regressor.run().is_none()).cloned().collect();
-    let common = with_own_times(&twin, state.torque, common);
+    let common = with_run_times(&twin, state.torque, common);
     let after = twin.residual(&State { torque: state.torque, effects: common.clone() });
     let square = |run: &Vec<f64>| run.iter().map(|x| x * x).sum::<f64>() / run.len() as f64;
     let by_run: Vec<(f64, f64)> = before.iter().zip(&after).map(|(b, a)| (square(b), square(a))).collect();
@@ -160,7 +155,7 @@ pub fn on_locked(
     let (before_w2, after_w2) = (mean(&before), mean(&after));
     let functions = smooth::functions(&locked);
     let regressors: Vec<Regressor> = common.iter().map(|(regressor, _)| regressor.clone()).collect();
-    let own = Noise::estimate(
+    let noise = Noise::estimate(
         &twin,
         &State { torque: state.torque, effects: common.clone() },
         parameters,
@@ -168,13 +163,12 @@ pub fn on_locked(
         &functions,
         Memory::Known(&open.noise.whitener),
     );
-    let misfit = clean.map(|clean| Misfit::of(clean, base, lag, parameters));
-    // A simulator has no noise that its misfit could be a multiple of: the misfit is added to that
-    // of the runs.
+    let misfit = clean.map(|clean| Misfit::of(clean, base, twin.clean_delay, parameters));
+    // A simulator has no noise to multiply by the misfit: its misfit is added to the runs' noise.
     let floor_unclipped_w2 = match misfit {
-        Some(misfit) if base.of_simulator => own.floor_w2 + misfit.whole_w2,
-        Some(misfit) => own.floor_w2 * misfit.factor,
-        None => own.floor_w2,
+        Some(misfit) if base.of_simulator => noise.floor_w2 + misfit.whole_w2,
+        Some(misfit) => noise.floor_w2 * misfit.factor,
+        None => noise.floor_w2,
     };
     let floor_w2 = floor_unclipped_w2.min(after_w2);
     let only_single = !state.effects.is_empty() && common.is_empty();
@@ -202,32 +196,31 @@ pub fn on_locked(
     }
 }
 
-/// What the base gets wrong without any effect.
+/// The base's error without any effect.
 #[derive(Debug, Clone, Copy)]
 struct Misfit {
-    /// Mean square of what is left of the clean runs, W².
+    /// Mean square of the clean runs' residual, W².
     whole_w2: f64,
-    /// The same per what is left when everything that varies smoothly is taken out, at least 1: no
-    /// effect explains that.
+    /// The same relative to the residual without its smooth content; at least 1. No effect explains
+    /// that.
     factor: f64,
 }
 
 impl Misfit {
-    fn of(clean: &Runs, base: &Base, lag: f64, parameters: usize) -> Self {
-        let twin = Twin { clean_delay: lag, ..Twin::new(clean, base.drive) };
+    fn of(clean: &Runs, base: &Base, clean_delay: f64, parameters: usize) -> Self {
+        let twin = Twin { clean_delay, ..Twin::new(clean, base.drive) };
         let state = State { torque: base.torque, effects: Vec::new() };
-        let left = twin.residual(&state);
-        let rows = left.iter().map(Vec::len).sum::<usize>() as f64;
-        let whole_w2 = left.iter().flatten().map(|x| x * x).sum::<f64>() / rows;
+        let residual = twin.residual(&state);
+        let rows = residual.iter().map(Vec::len).sum::<usize>() as f64;
+        let whole_w2 = residual.iter().flatten().map(|x| x * x).sum::<f64>() / rows;
         let noise = Noise::estimate(&twin, &state, parameters, &[], &smooth::functions(clean), Memory::OfAll);
         let factor = if noise.floor_w2 > 0.0 { (whole_w2 / noise.floor_w2).max(1.0) } else { 1.0 };
         Self { whole_w2, factor }
     }
 }
 
-/// Steps come at a time of their own in each run: in locked runs, too, it has to be looked for.
-/// Their size is not.
-pub(super) fn with_own_times(
+/// Each run has its own time of a step: it is searched in locked runs, too. The size stays.
+pub(super) fn with_run_times(
     twin: &Twin<'_>,
     torque: TorqueModel<f64>,
     mut effects: Vec<(Regressor, f64)>,
@@ -266,8 +259,8 @@ mod tests {
     use crate::report::example::report;
     use residuals::types::Verdict;
 
-    /// Four locked runs that show a share of what was added, and whose mean square shrank by so
-    /// much each.
+    /// Four locked runs that show a share of the added effects, and the decrease of their mean
+    /// squares.
     fn confirmed(share: f64, std_err: f64, gains: [f64; 4]) -> Confirmed {
         Confirmed {
             share: Some(ConfirmedShare { share, std_err, runs: 4 }),
@@ -285,7 +278,7 @@ mod tests {
         assert!(confirmed(1.0, 0.1, [-0.3, 0.1, 0.05, 0.1]).refuted(), "the locked runs got worse");
     }
 
-    /// What the base gets wrong makes two of four runs worse, but the effect is there.
+    /// The base's error makes two of four runs worse, but the effect is there.
     #[test]
     fn what_the_base_gets_wrong_does_not_hide_what_the_effect_adds() {
         assert!(!confirmed(1.0, 0.1, [-0.1, 0.5, -0.1, 0.5]).refuted());

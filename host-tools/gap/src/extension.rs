@@ -1,6 +1,5 @@
-//! The coefficients with the effects that were named, written for estimator and board, and what
-//! they are worth: the covariance of base and effects, and the noise that mass estimates have to
-//! expect.
+//! The coefficients with the named effects, for estimator and board, and their quality: the
+//! covariance of base and effects, and the noise of mass estimates.
 
 use std::path::Path;
 
@@ -17,9 +16,10 @@ use support::error::{Error, Result};
 use super::report::Report;
 use residuals::thresholds::extension::{BLOCK_S, LEAST_INFORMATION, WINDOW_S};
 use residuals::twin::{State, Twin};
+use residuals::types::Named;
 
-/// Writes the coefficients with the effects that were named, and the base as it moved. What is not
-/// written is said in a line each on standard error; where nothing is left, so is the file.
+/// Writes the coefficients with the named effects, and the base as it moved. Each effect that is
+/// not written gets a line on standard error; without any, no file is written.
 ///
 /// # Errors
 /// The file cannot be written; the effects are more than a board holds.
@@ -30,12 +30,7 @@ pub fn write(
     base: &CoefficientsFile,
     out: &Path,
 ) -> Result<()> {
-    let written: Vec<_> = report
-        .effects
-        .iter()
-        .map(|named| Written::of(&named.candidate, &named.coefficients, &named.std_errs))
-        .collect();
-    let kept: Vec<bool> = written.iter().map(std::result::Result::is_ok).collect();
+    let (written, kept) = written(report);
     for why in written.iter().filter_map(|effect| effect.as_ref().err()) {
         context.notice(why);
     }
@@ -60,22 +55,29 @@ pub fn write(
     extended.write(out)
 }
 
+/// The named effects as they are written, or why not; and whether each is.
+pub fn written(report: &Report) -> (Vec<std::result::Result<Written, String>>, Vec<bool>) {
+    let write = |named: &Named| Written::of(&named.candidate, &named.coefficients, &named.std_errs);
+    let written: Vec<_> = report.effects.iter().map(write).collect();
+    let kept = written.iter().map(std::result::Result::is_ok).collect();
+    (written, kept)
+}
+
 /// What is known of an extended model.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Extension {
     /// Of the base's parameters, then of the coefficients that are kept.
     pub covariance: DMatrix<f64>,
-    /// What mass estimates have to expect.
+    /// Noise of mass estimates.
     pub noise: Noise<f64>,
 }
 
-/// Of the open runs of a report. `kept` says of each named effect whether it is added to the model:
-/// findings about runs are not. `base` is the noise of the model without effects, of which the
-/// extended one never has less.
+/// Of the open runs of a report. `kept`: whether each named effect is added to the model, which
+/// findings about runs are not. `base`: the noise without effects, the least that is returned.
 pub fn of(runs: &Runs, report: &Report, kept: &[bool], base: &Noise<f64>) -> Option<Extension> {
     let (joint, drive) = (report.covariance.as_ref()?, report.basis.as_ref()?.drive);
     let open = runs.subset(&report.split.open);
-    // Estimators know of no lag.
+    // Estimators correct no delay.
     let twin = Twin::new(&open, drive);
     let parameters = joint.nrows() - report.state.effects.len();
     let columns = report
@@ -139,7 +141,7 @@ impl Windows<'_> {
         self.blocks.extend(blocks);
     }
 
-    /// Never less than the base's own: what is left in the field is the scatter of a few runs.
+    /// At least the base's: the field is only a few runs.
     fn noise(mut self, period_s: f64) -> Noise<f64> {
         let mut noise = *self.base;
         if let Some(error) = median(&mut self.errors) {

@@ -41,7 +41,7 @@ pub fn investigate(runs: &Runs, clean: Option<&Runs>, base: &Base, options: &Opt
     let split = split::by_run(runs)?;
     let field = runs.subset(&split.open);
     let open = field.with_clean(clean);
-    let lag = clean.map_or(0.0, |clean| clean_delay::estimate(clean, base));
+    let clean_delay = clean.map_or(0.0, |clean| clean_delay::estimate(clean, base));
     let parameters = base.torque.to_array().len() - usize::from(!runs.robot.scrubs());
     let (mut list, mut not_testable) = candidates(&field, base);
     list.extend_from_slice(&options.user.candidates);
@@ -54,101 +54,102 @@ pub fn investigate(runs: &Runs, clean: Option<&Runs>, base: &Base, options: &Opt
     let options = &Options { removed, ..options.clone() };
     list.retain(|candidate| !options.removed.contains(&candidate.id));
     let clean_structure =
-        clean.and_then(|clean| shown_by_clean(clean, lag, base, parameters, &list, options));
+        clean.and_then(|clean| shown_by_clean(clean, clean_delay, base, parameters, &list, options));
     let by_noise = options.threshold;
     let shown = clean_structure.unwrap_or(0.0);
-    let (threshold, in_runs) = (by_noise.max(shown), by_noise.max(MARGIN * shown));
-    let misfit = (in_runs / by_noise).powi(2);
-    let options = &Options { threshold, search_factor: in_runs / threshold, misfit, ..options.clone() };
-    let twin = Twin { clean_delay: lag, ..Twin::new(&open, base.drive) };
+    let (threshold, searched) = (by_noise.max(shown), by_noise.max(MARGIN * shown));
+    let misfit = (searched / by_noise).powi(2);
+    let options = &Options { threshold, search_factor: searched / threshold, misfit, ..options.clone() };
+    let twin = Twin { clean_delay, ..Twin::new(&open, base.drive) };
     let problem = open_problem(twin, &[], base, parameters, &list, options);
-    let found = search(&problem, &list, by_noise, options);
-    let early = late::in_whole_rows(found.delay().unwrap_or(0.0), field.period_s);
+    let findings = search(&problem, &list, by_noise, options);
+    let delay = late::in_whole_rows(findings.delay().unwrap_or(0.0), field.period_s);
     let in_time;
-    let (problem, mut found) = if early == 0.0 {
-        (problem, found)
+    let (problem, mut findings) = if delay == 0.0 {
+        (problem, findings)
     } else {
-        in_time = late::in_time(&field, early).with_clean(clean);
-        let twin = Twin { runs: &in_time, removed_delay: early, ..twin };
-        let again = open_problem(twin, &late::known(early), base, parameters, &list, options);
-        let found_again = search(&again, &list, by_noise, options);
-        if found_again.delay().is_some() { (again, found_again) } else { (problem, found) }
+        in_time = late::in_time(&field, delay).with_clean(clean);
+        let twin = Twin { runs: &in_time, removed_delay: delay, ..twin };
+        let shifted = open_problem(twin, &late::known(delay), base, parameters, &list, options);
+        let repeated = search(&shifted, &list, by_noise, options);
+        if repeated.delay().is_some() { (shifted, repeated) } else { (problem, findings) }
     };
-    if !found.ties.is_empty() {
+    if !findings.ties.is_empty() {
         let order: Vec<usize> = split.open.iter().chain(&split.locked).copied().collect();
-        let early = problem.twin.removed_delay;
-        let all = late::in_time(&runs.subset(&order), early).with_clean(clean);
-        let twin = Twin { runs: &all, removed_delay: early, ..twin };
-        let all = open_problem(twin, &late::known(early), base, parameters, &list, options);
-        found.part(&all, options.threshold);
+        let removed = problem.twin.removed_delay;
+        let all = late::in_time(&runs.subset(&order), removed).with_clean(clean);
+        let twin = Twin { runs: &all, removed_delay: removed, ..twin };
+        let all = open_problem(twin, &late::known(removed), base, parameters, &list, options);
+        findings.strike(&all, options.threshold);
     }
     if has_one_mass(&base.masses_kg, runs) {
-        found.doubt(also_with_one_mass(&found.named, &found.rounds));
+        findings.doubt(also_with_one_mass(&findings.named, &findings.rounds));
     }
-    // Measured runs scatter more than those of any simulator.
-    let over_dispersion = if base.of_simulator { None } else { OverDispersion::of(&problem, &found.state) };
-    let mut confirmed = confirm::on_locked(runs, &split, clean, base, &found.state, &problem, parameters);
-    // What scatters more than clean runs do is not explained by a name that leaves most of it.
+    // A simulator's runs have no scatter to compare with.
+    let over_dispersion =
+        if base.of_simulator { None } else { OverDispersion::of(&problem, &findings.state) };
+    let mut confirmed = confirm::on_locked(runs, &split, clean, base, &findings.state, &problem, parameters);
+    // A name that leaves most of the excess does not explain more scatter than in clean runs.
     if over_dispersion.is_some_and(|over_dispersion| over_dispersion.is_beyond_chance())
-        && (found.named.is_empty() || !found.lives_in_single_runs() && leaves_most(&confirmed))
+        && (findings.named.is_empty() || !findings.lives_in_single_runs() && leaves_most(&confirmed))
     {
-        found.verdict = Verdict::Unexplained;
+        findings.verdict = Verdict::Unexplained;
     }
-    if found.verdict.stands() && confirmed.closed.is_some() {
+    if findings.verdict.stands() && confirmed.closed.is_some() {
         let locked = runs.subset(&split.locked);
-        let in_time = late::in_time(&locked, early).with_clean(clean);
-        let twin = Twin { runs: &in_time, removed_delay: early, ..twin };
-        let asked = open_problem(twin, &late::known(early), base, parameters, &list, options);
-        let residuals = confirmed.residuals.each_ref().map(|left| late::earlier(&locked, left, early));
+        let in_time = late::in_time(&locked, delay).with_clean(clean);
+        let twin = Twin { runs: &in_time, removed_delay: delay, ..twin };
+        let asked = open_problem(twin, &late::known(delay), base, parameters, &list, options);
+        let residuals = confirmed.residuals.each_ref().map(|signal| late::earlier(&locked, signal, delay));
         confirmed.share = ConfirmedShare::of(&asked, &residuals);
     }
-    if found.verdict.stands() && confirmed.refuted() {
-        found.verdict = Verdict::Unexplained;
+    if findings.verdict.stands() && confirmed.refuted() {
+        findings.verdict = Verdict::Unexplained;
     }
-    let residuals = [(twin.residual(&problem.start()), 0), (twin.residual(&found.state), 1)];
+    let residuals = [(twin.residual(&problem.start()), 0), (twin.residual(&findings.state), 1)];
     let [before, after] = residuals.map(|(open, side)| split.in_order(&open, &confirmed.residuals[side]));
     let mut localisation = localise::cells(runs, &before);
-    if found.verdict.stands() {
+    if findings.verdict.stands() {
         localise::fill_after(runs, &mut localisation, &after);
     }
-    if found.verdict == Verdict::Unexplained {
-        found.ambiguous.clear();
+    if findings.verdict == Verdict::Unexplained {
+        findings.ambiguous.clear();
     }
-    let own = found.fitted.as_ref().map(|fitted| {
-        let mut own = problem.covariance(fitted) * problem.misfit;
-        let last = own.nrows() - 1;
+    let covariance = findings.fitted.as_ref().map(|fitted| {
+        let mut covariance = problem.covariance(fitted) * problem.misfit;
+        let last = covariance.nrows() - 1;
         let delayed =
-            found.state.effects.iter().rev().position(|(regressor, _)| *regressor == Regressor::Delay);
+            findings.state.effects.iter().rev().position(|(regressor, _)| *regressor == Regressor::Delay);
         if let Some(back) = delayed {
-            own[(last - back, last - back)] += (DELAY_SAMPLES * runs.step.period_s()).powi(2);
+            covariance[(last - back, last - back)] += (DELAY_SAMPLES * runs.step.period_s()).powi(2);
         }
-        own
+        covariance
     });
-    let joint = own.as_ref().and_then(|own| joint(own, problem.base > 0, base));
-    let known = joint.as_ref().or(own.as_ref()).filter(|_| found.verdict.stands());
+    let joint = covariance.as_ref().and_then(|covariance| joint(covariance, problem.base > 0, base));
+    let known = joint.as_ref().or(covariance.as_ref()).filter(|_| findings.verdict.stands());
     Ok(Report {
-        verdict: found.verdict,
+        verdict: findings.verdict,
         effects: known.map_or(Vec::new(), |known| {
-            named_effects(&found.named, &found.state, known, runs.robot.rows(), options.slack)
+            named_effects(&findings.named, &findings.state, known, runs.robot.rows(), options.slack)
         }),
-        ambiguous_with: found.ambiguous,
+        ambiguous_with: findings.ambiguous,
         not_testable,
-        rounds: found.rounds,
+        rounds: findings.rounds,
         localisation,
-        residuals: (before, found.verdict.stands().then_some(after)),
+        residuals: (before, findings.verdict.stands().then_some(after)),
         confirmed,
-        base: [base.torque, found.state.torque],
-        state: found.state,
+        base: [base.torque, findings.state.torque],
+        state: findings.state,
         covariance: joint,
         split,
         over_dispersion,
         clean_structure,
         refit: Vec::new(),
-        ties: found.ties.into_iter().map(|tie| tie.into_iter().map(rival).collect()).collect(),
+        ties: findings.ties.into_iter().map(|tie| tie.into_iter().map(rival).collect()).collect(),
         likelihood: None,
         basis: Some(Basis {
             drive: base.drive,
-            lag,
+            clean_delay,
             whitener: problem.noise.whitener.clone(),
             std_w: problem.noise.usual_w(),
             precision: precision(base, parameters, options.slack),
@@ -156,18 +157,18 @@ pub fn investigate(runs: &Runs, clean: Option<&Runs>, base: &Base, options: &Opt
     })
 }
 
-/// What a drive has to tell others from.
+/// What a drive has to distinguish.
 fn rival(hypothesis: Hypothesis) -> Rival {
     Rival { candidate: hypothesis.candidate, state: hypothesis.fitted.state }
 }
 
-/// Whether the locked runs have most of what they have beyond clean ones still.
+/// Whether most of the locked runs' excess over clean ones remains.
 fn leaves_most(confirmed: &Confirmed) -> bool {
     confirmed.closed_to_clean().is_none_or(|closed| closed < LEAST_CLOSED)
 }
 
-/// What the rounds over the open runs found.
-struct Found {
+/// The result of the rounds over the open runs.
+struct Findings {
     verdict: Verdict,
     state: State,
     named: Vec<Candidate>,
@@ -178,10 +179,10 @@ struct Found {
     rounds: Vec<Round>,
 }
 
-/// Round after round: is there structure, and what explains it? Noise alone makes a |z| of
-/// `by_noise` at most.
-fn search(problem: &Problem<'_>, list: &[Candidate], by_noise: f64, options: &Options) -> Found {
-    let mut found = Found {
+/// Round after round: is there structure, and what explains it? `by_noise`: the greatest |z| of
+/// noise alone.
+fn search(problem: &Problem<'_>, list: &[Candidate], by_noise: f64, options: &Options) -> Findings {
+    let mut findings = Findings {
         verdict: Verdict::None,
         state: problem.start(),
         named: Vec::new(),
@@ -191,13 +192,13 @@ fn search(problem: &Problem<'_>, list: &[Candidate], by_noise: f64, options: &Op
         rounds: Vec::new(),
     };
     let mut gained = 0.0;
-    while found.named.len() <= options.most_effects {
-        let structure = structure(problem, &found.state, list, &found.named);
-        let shape_test = shape_test(problem, &found.state);
+    while findings.named.len() <= options.most_effects {
+        let structure = structure(problem, &findings.state, list, &findings.named);
+        let shape_test = shape_test(problem, &findings.state);
         let allowed = (options.threshold.powi(2) + options.tolerance * gained).sqrt();
         let in_shape = shape_test.powi(2) <= problem.inflated(SHAPE).powi(2) + SHAPE_TOLERANCE * gained;
         if structure.greatest <= allowed && in_shape {
-            found.rounds.push(Round {
+            findings.rounds.push(Round {
                 structure: structure.greatest,
                 allowed,
                 candidates: structure.scored,
@@ -210,48 +211,45 @@ fn search(problem: &Problem<'_>, list: &[Candidate], by_noise: f64, options: &Op
             });
             break;
         }
-        let round = name(problem, &found.state, list, &found.named, structure, allowed, options);
-        found.rounds.push(round.record);
+        let round = name(problem, &findings.state, list, &findings.named, structure, allowed, options);
+        findings.rounds.push(round.record);
         match round.choice {
-            // What takes next to nothing of what there was mops up after a wrong name.
+            // An effect that gains next to nothing only mops up after a wrong name.
             Some(choice)
-                if found.named.len() < options.most_effects && choice.gain >= LEAST_FURTHER * gained =>
+                if findings.named.len() < options.most_effects && choice.gain >= LEAST_FURTHER * gained =>
             {
                 gained += choice.gain;
-                found.add(choice);
+                findings.add(choice);
             }
             _ => {
-                found.verdict = Verdict::Unexplained;
+                findings.verdict = Verdict::Unexplained;
                 break;
             }
         }
     }
-    found.settle();
-    found
+    findings.settle();
+    findings
 }
 
-impl Found {
-    /// Whether all that was named concerns single runs: no locked one has it.
+impl Findings {
+    /// Whether all named effects are of single runs: no locked run has them.
     fn lives_in_single_runs(&self) -> bool {
         self.state.effects.iter().all(|(regressor, _)| regressor.run().is_some())
     }
 
-    /// By how much the power was found to be late, s.
+    /// The fitted delay of the power, s.
     fn delay(&self) -> Option<f64> {
-        self.state
-            .effects
-            .iter()
-            .find(|(regressor, _)| *regressor == Regressor::Delay)
-            .map(|(_, delay)| *delay)
+        let mut effects = self.state.effects.iter();
+        effects.find(|(regressor, _)| *regressor == Regressor::Delay).map(|(_, delay)| *delay)
     }
 
     fn add(&mut self, choice: Choice) {
         self.state = choice.hypothesis.fitted.state.clone();
         self.named.push(choice.hypothesis.candidate.clone());
         if !choice.ties.is_empty() {
-            let own = choice.hypothesis.candidate.id.clone();
+            let winner = choice.hypothesis.candidate.id.clone();
             let tied = |hypothesis: &Hypothesis| {
-                hypothesis.candidate.id == own || choice.ties.contains(&hypothesis.candidate.id)
+                hypothesis.candidate.id == winner || choice.ties.contains(&hypothesis.candidate.id)
             };
             let others = choice.others.into_iter().filter(tied);
             self.ties.push([choice.hypothesis.clone()].into_iter().chain(others).collect());
@@ -261,23 +259,23 @@ impl Found {
         self.verdict = if self.ambiguous.is_empty() { Verdict::Named } else { Verdict::Ambiguous };
     }
 
-    /// Strikes of each tie whom the locked runs strike, too; see [`with_locked`].
-    fn part(&mut self, all: &Problem<'_>, threshold: f64) {
+    /// Strikes the rivals from each tie that the locked runs strike; see [`with_locked`].
+    fn strike(&mut self, all: &Problem<'_>, threshold: f64) {
         for place in 0..self.ties.len() {
             let winner = self.ties[place][0].candidate.clone();
-            let round = self.named.iter().take_while(|own| **own != winner).count();
-            let from: usize = self.named[..round].iter().map(|own| own.regressors.len()).sum();
+            let round = self.named.iter().take_while(|candidate| **candidate != winner).count();
+            let from: usize = self.named[..round].iter().map(|candidate| candidate.regressors.len()).sum();
             let mut others = self.state.clone();
             others.effects.drain(from..from + winner.regressors.len());
             let struck = with_locked::struck(all, &others, &self.ties[place], threshold);
-            self.ties[place].retain(|own| !struck.contains(&own.candidate.id));
-            let is_tied = |id: &String| self.ties.iter().flatten().any(|own| own.candidate.id == *id);
+            self.ties[place].retain(|rival| !struck.contains(&rival.candidate.id));
+            let is_tied = |id: &String| self.ties.iter().flatten().any(|rival| rival.candidate.id == *id);
             self.ambiguous.retain(|id| !struck.contains(id) || is_tied(id));
             if let Some(record) = self.rounds.get_mut(round).filter(|_| !struck.is_empty()) {
                 let _ = write!(record.outcome, "; with the locked runs it is not {}", struck.join(", "));
             }
         }
-        self.ties.retain(|tie| tie.iter().any(|own| own.candidate.id != tie[0].candidate.id));
+        self.ties.retain(|tie| tie.iter().any(|rival| rival.candidate.id != tie[0].candidate.id));
         self.settle();
     }
 
@@ -290,9 +288,9 @@ impl Found {
         }
     }
 
-    /// What a later round named besides is in doubt no longer.
+    /// A rival that a later round named is in doubt no longer.
     fn settle(&mut self) {
-        self.ambiguous.retain(|id| self.named.iter().all(|own| own.id != *id));
+        self.ambiguous.retain(|id| self.named.iter().all(|candidate| candidate.id != *id));
         self.ambiguous.sort();
         self.ambiguous.dedup();
         if self.verdict == Verdict::Ambiguous && self.ambiguous.is_empty() {
@@ -301,9 +299,9 @@ impl Found {
     }
 }
 
-/// The effects with their sizes in the world, and the standard errors of a covariance whose
-/// last rows are theirs and whose first, if there are more, are the base's; these are uncertain
-/// by a share `slack` of their own besides.
+/// The effects with their physical sizes and standard errors. The last rows of `covariance` are
+/// theirs, the first, if there are more, the base's. The base is uncertain by a share `slack`
+/// besides.
 pub(crate) fn named_effects(
     named: &[Candidate],
     state: &State,
@@ -326,12 +324,12 @@ pub(crate) fn named_effects(
         let mut named = Named {
             candidate: candidate.clone(),
             coefficients: coefficients[range].to_vec(),
-            std_errs: places.clone().map(|own| covariance[(own, own)].sqrt()).collect(),
+            std_errs: places.clone().map(|place| covariance[(place, place)].sqrt()).collect(),
             physical: None,
         };
         let weights = words::headline_weights(&named);
         let with = |parameter: usize| -> f64 {
-            places.clone().zip(&weights).map(|(own, weight)| weight * covariance[(parameter, own)]).sum()
+            places.clone().zip(&weights).map(|(place, weight)| weight * covariance[(parameter, place)]).sum()
         };
         let with_base: Vec<f64> = (0..first).map(with).collect();
         named.physical = physical(candidate, words::headline(&named), &with_base, &world);
@@ -340,17 +338,17 @@ pub(crate) fn named_effects(
     named.collect()
 }
 
-/// Covariance of the base's parameters and the effects' coefficients. Where clean runs tell what
-/// the base gets wrong, effects were fitted whatever the base's error is: the two do not depend on
-/// each other. `None` where nothing is known of the base.
-pub(crate) fn joint(own: &DMatrix<f64>, has_base: bool, base: &Base) -> Option<DMatrix<f64>> {
+/// Covariance of the base's parameters and the effects' coefficients; `None` where nothing is known
+/// of the base. Where clean runs show the base's error, effects were fitted whatever that error is:
+/// the two are independent.
+pub(crate) fn joint(fitted: &DMatrix<f64>, has_base: bool, base: &Base) -> Option<DMatrix<f64>> {
     if has_base {
-        return Some(own.clone());
+        return Some(fitted.clone());
     }
     let known = base.covariance.as_ref()?;
-    let size = known.nrows() + own.nrows();
+    let size = known.nrows() + fitted.nrows();
     let mut joint = DMatrix::zeros(size, size);
     joint.view_mut((0, 0), known.shape()).copy_from(known);
-    joint.view_mut((known.nrows(), known.nrows()), own.shape()).copy_from(own);
+    joint.view_mut((known.nrows(), known.nrows()), fitted.shape()).copy_from(fitted);
     Some(joint)
 }

@@ -1,9 +1,8 @@
-//! Where model and measurement disagree, which effect is missing, and what is left when it is
+//! Where model and measurement disagree, which effect is missing, and what remains once it is
 //! added.
 //!
-//! [`investigate`] walks through [`residuals`] from what shows to what fits, then to [`confirm`]
-//! and [`report`]; or [`likelihood`] answers in their place. Its face: [`workflow::gap`], from
-//! files to all that was found.
+//! [`investigate`] detects and names with [`residuals`], then [`confirm`]s and [`report`]s; or
+//! [`likelihood`] answers in their place. Its face: [`workflow::gap`], from files to the answer.
 #![deny(clippy::print_stderr, clippy::print_stdout)]
 
 pub mod bench;

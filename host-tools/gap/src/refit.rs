@@ -1,5 +1,5 @@
-//! The base first: where its own clean runs ask for a term that it lacks, a name for what is left
-//! would be the term's disguise.
+//! The base first: where its clean runs need a term that it lacks, a named effect would only
+//! disguise that term.
 
 use std::path::PathBuf;
 
@@ -14,8 +14,8 @@ use support::error::Result;
 use super::report::Report;
 use residuals::types::{Base, Verdict};
 
-/// What a fit of the clean logs would have that the base has not. Asked only where something is to
-/// be named or explained: it takes as long as a fit.
+/// Terms that a fit of the clean logs would have and the base lacks. Judged only where something is
+/// to be named or explained: it takes as long as a fit.
 ///
 /// # Errors
 /// A log that cannot be read.
@@ -31,11 +31,11 @@ pub fn asked_for(
     if report.verdict == Verdict::None || clean_logs.is_empty() {
         return Ok(Vec::new());
     }
-    let own = Own::of(&base.torque);
+    let form = Own::of(&base.torque);
     let has = |term: &Term| match term {
-        Term::UnequalSides => own.unequal_sides,
-        Term::GearLoss => own.gear_loss,
-        Term::BridgeDrop => own.bridge_drop,
+        Term::UnequalSides => form.unequal_sides,
+        Term::GearLoss => form.gear_loss,
+        Term::BridgeDrop => form.bridge_drop,
         Term::Delay | Term::SlipMemory | Term::TrueSlip => false,
     };
     let terms: Vec<Term> = TERMS.into_iter().filter(|term| !has(term)).collect();
@@ -43,7 +43,7 @@ pub fn asked_for(
 }
 
 impl Report {
-    /// Takes back what was named by a base that lacks terms of its own.
+    /// Withdraws the names if the base lacks terms.
     #[must_use]
     pub fn withheld(self, refit: Vec<Judged>) -> Self {
         if refit.is_empty() || !self.verdict.stands() {

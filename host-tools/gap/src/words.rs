@@ -11,9 +11,9 @@ pub fn meaning(candidate: &Candidate) -> &str {
     find(&candidate.id).map_or(&candidate.id, |entry| entry.meaning)
 }
 
-/// The one number of an effect with its standard error: its coefficient. Of a slope in a direction
-/// of the world its size; of an effect with a coefficient for each of several runs the greatest; of
-/// one with a half slip that is another its own. Coefficients are taken for independent.
+/// The headline of an effect, with its standard error: its coefficient. A slope's is its size; that
+/// of an effect of several runs the greatest; that of an effect with a half slip its own.
+/// Coefficients are taken for independent.
 pub fn headline(named: &Named) -> (f64, f64) {
     if named.coefficients.is_empty() {
         return (f64::NAN, f64::NAN);
@@ -46,8 +46,8 @@ fn half_slip(named: &Named) -> Option<usize> {
     (place > 0).then_some(place)
 }
 
-/// `0.0250 ± 0.0009 rad (1.4°), coefficient 0.0332 ± 0.0009`: the size in the world first, the
-/// coefficient where it is another.
+/// `0.0250 ± 0.0009 rad (1.4°), coefficient 0.0332 ± 0.0009`: the physical size first, then the
+/// coefficient if it differs.
 pub fn size(named: &Named) -> String {
     let (value, error) = headline(named);
     let mut coefficient = quantity(value, error, &named.candidate.unit);
@@ -61,7 +61,7 @@ pub fn size(named: &Named) -> String {
     }
 }
 
-/// The size in the world; of a slope in degrees, too.
+/// The physical size; that of a slope in degrees, too.
 pub fn physical(named: &Named) -> Option<String> {
     let physical = named.physical.as_ref()?;
     let degrees = match physical.unit.as_str() {
@@ -81,7 +81,7 @@ pub fn direction(named: &Named) -> Option<f64> {
     }
 }
 
-/// `0.0266 ± 0.0004 N·m`: as many digits as the error has sense for.
+/// `0.0266 ± 0.0004 N·m`: with two digits of the error.
 pub fn quantity(value: f64, error: f64, unit: &str) -> String {
     let unit = if unit == "1" || unit.is_empty() { String::new() } else { format!(" {unit}") };
     if !value.is_finite() {

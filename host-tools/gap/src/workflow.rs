@@ -1,5 +1,4 @@
-//! What `gmr gap` asks of logs, and what it is told: from files to the report, with all that is
-//! written beside it.
+//! `gmr gap`: from files to the report, with all that is written beside it.
 
 use std::path::{Path, PathBuf};
 
@@ -50,35 +49,35 @@ pub struct Request<'a> {
     pub base: &'a [PathBuf],
     /// Logs of a simulator in the place of a clean fit.
     pub sim: &'a [PathBuf],
-    /// In which words, and where, a simulator is told what its model needs.
+    /// Language and file for the changes that a simulator's model needs.
     pub export: Option<(Language, &'a Path)>,
-    /// Total mass of logs that do not tell it, kg.
+    /// Total mass of logs without one, kg.
     pub mass_kg: f64,
     /// Effects of the user's own.
     pub effects: Option<&'a Path>,
-    /// Where everything that was found is drawn.
+    /// Where the page is written.
     pub report: Option<&'a Path>,
     /// Where the coefficients with the named effects go.
     pub out: Option<&'a Path>,
     /// Motors of a simulated robot that is driven along.
     pub plant: Option<PlantSet>,
-    /// Where the drive that parts the rivals of a tie is written.
+    /// Where the drive that distinguishes the rivals of a tie is written.
     pub profile: &'a Path,
     /// What that drive is asked to be.
     pub wish: Wish,
-    /// Whether any file is written over, and coefficients are taken that cannot be used.
+    /// Whether other files are written over, and unusable coefficients are accepted.
     pub force: bool,
-    /// By what it is decided.
+    /// The engine that decides.
     pub engine: Engine,
 }
 
-/// By what it is decided what is missing.
+/// What decides which effect is missing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Engine {
     /// Thresholds, ties and confirmation.
     Rules,
     /// One likelihood (experimental), with the level of its gate: how often a name or a gap may be
-    /// said of runs that have none.
+    /// reported for runs without any.
     Likelihood {
         /// 0 to 1.
         level: f64,
@@ -86,7 +85,7 @@ pub enum Engine {
 }
 
 impl Engine {
-    /// How many rows of a log it is asked of.
+    /// How many rows of a log it needs.
     pub const fn rows(self) -> Rows {
         match self {
             Self::Rules => Rows::About,
@@ -94,7 +93,7 @@ impl Engine {
         }
     }
 
-    /// Asks field runs what they have that clean ones lack.
+    /// Analyses what field runs have that clean ones lack.
     ///
     /// # Errors
     /// Too few runs, or runs without steady rows.
@@ -112,7 +111,7 @@ impl Engine {
     }
 }
 
-/// All that was found.
+/// The answer.
 pub struct Answer {
     /// The verdict, and what led to it.
     pub report: Report,
@@ -150,7 +149,7 @@ impl Answer {
     }
 }
 
-/// Asks logs what the model lacks, and writes what is asked for.
+/// Analyses what the model lacks, and writes the files requested.
 ///
 /// # Errors
 /// A file that cannot be read, is not of this robot or would be written over; too few runs; data
@@ -165,7 +164,7 @@ pub fn gap(context: &Context, request: &Request<'_>) -> Result<Answer> {
     answer(context, request)
 }
 
-/// Of logs that do not say how the robot moved.
+/// Of logs of power only.
 fn of_power_only(context: &Context, request: &Request<'_>) -> Result<Report> {
     let given = [
         (request.coeffs.is_some(), "--coeffs"),
@@ -188,9 +187,9 @@ fn of_power_only(context: &Context, request: &Request<'_>) -> Result<Report> {
     let unit_w = request.robot.log_units().power_in_w();
     let mut report = power_only::investigate(&power_only::read(context, request.logs, unit_w)?)?;
     if let Some(file) = request.effects {
-        let own = user::read(file)?.into_iter();
+        let effects = user::read(file)?.into_iter();
         let needs = || format!("needs {}", speed_column(0));
-        report.not_testable.extend(own.map(|effect| NotTestable { id: effect.id, reason: needs() }));
+        report.not_testable.extend(effects.map(|effect| NotTestable { id: effect.id, reason: needs() }));
     }
     Ok(report)
 }
@@ -216,8 +215,8 @@ fn check_outputs(request: &Request<'_>, clean_logs: &[PathBuf]) -> Result<()> {
 fn answer(context: &Context, request: &Request<'_>) -> Result<Answer> {
     let Request { robot, logs, coeffs, sim, mass_kg: mass, effects, .. } = *request;
     checks::check_mass(robot, mass).map_err(|error| Error::usage(format!("--mass: {}", error.message())))?;
-    let own = effects.map_or(Ok(Vec::new()), user::read)?;
-    // Before the long work, and before the clean logs are asked whether they have changed.
+    let user_effects = effects.map_or(Ok(Vec::new()), user::read)?;
+    // Before the long work, and before the clean logs are checked for changes.
     let taking = Taking { true_slip: true, not_usable: request.force.then_some(context) };
     let read = |file| Ok((file, CoefficientsFile::read_taking(file, robot, taking)?));
     let fitted: Option<(&Path, _)> = coeffs.map(read).transpose()?;
@@ -241,13 +240,14 @@ fn answer(context: &Context, request: &Request<'_>) -> Result<Answer> {
     let clean_and_sim = [&clean_logs[..], sim].concat();
     check_outputs(request, &clean_and_sim)?;
     checks::each_once(logs, &clean_and_sim)?;
-    let named: Vec<String> = own.iter().flat_map(|effect| effect.formula.variables()).cloned().collect();
+    let named: Vec<String> =
+        user_effects.iter().flat_map(|effect| effect.formula.variables()).cloned().collect();
     let simulator =
         simulator.map(|source| Simulator::read(context, robot, source, logs, mass, &named)).transpose()?;
     let (chassis, base) = match (&simulator, &fitted) {
         (Some(simulator), _) => (simulator.chassis.clone(), simulator.base.clone()),
         (None, Some((file, fitted))) => fitted_base(file, fitted)?,
-        (None, None) => own_base(context, robot, logs, mass)?,
+        (None, None) => field_base(context, robot, logs, mass)?,
     };
     let raw = Runs::raw(context, robot, logs, mass, &named)?;
     let rows = request.engine.rows();
@@ -266,7 +266,7 @@ fn answer(context: &Context, request: &Request<'_>) -> Result<Answer> {
     clean.as_ref().map_or(Ok(()), |clean| checks::check_power(context, clean))?;
     let mut options = Options::default();
     if let Some(file) = effects {
-        options.user = UserCandidates::add(&own, file, &mut runs, clean.as_mut())?;
+        options.user = UserCandidates::add(&user_effects, file, &mut runs, clean.as_mut())?;
         for NotTestable { id, reason } in &options.user.not_testable {
             context.notice(format_args!("{}: {id}: not testable: {reason}", file.display()));
         }
@@ -318,7 +318,8 @@ fn answer(context: &Context, request: &Request<'_>) -> Result<Answer> {
         extension::write(context, &runs, &report, base, out)?;
     }
     drop(progress);
-    let simulator = simulator.zip(clean.as_ref()).map(|(own, clean)| own.told(&runs, clean, &report));
+    let simulator =
+        simulator.zip(clean.as_ref()).map(|(simulator, clean)| simulator.told(&runs, clean, &report));
     let changes = |(language, file): (Language, &Path)| {
         let changes = Changes::of(&report, robot, mean_mass(&runs), language);
         write_content(file, changes.text(robot)).map(|()| changes)
@@ -330,9 +331,9 @@ fn answer(context: &Context, request: &Request<'_>) -> Result<Answer> {
             "{flag} is not used: it plans a drive that parts the rivals of a tie, and this is none"
         ));
     }
-    let found = Answer { report, simulated, simulator, changes, suggestion };
-    found.drive().map_or(Ok(()), |suggestion| suggestion.write(request.profile))?;
-    Ok(found)
+    let answer = Answer { report, simulated, simulator, changes, suggestion };
+    answer.drive().map_or(Ok(()), |suggestion| suggestion.write(request.profile))?;
+    Ok(answer)
 }
 
 /// Notices of the clean runs: that there are none though coefficients are given, or too few.
@@ -373,8 +374,8 @@ fn fitted_base(file: &Path, fitted: &CoefficientsFile) -> Result<(Chassis, Base)
     Ok((read.robot.clone(), Base { torque, covariance, drive, masses_kg, of_simulator: false }))
 }
 
-/// A base fitted to the very runs in question.
-fn own_base(context: &Context, robot: &Robot, logs: &[PathBuf], mass_kg: f64) -> Result<(Chassis, Base)> {
+/// A base fitted to the field runs themselves.
+fn field_base(context: &Context, robot: &Robot, logs: &[PathBuf], mass_kg: f64) -> Result<(Chassis, Base)> {
     let reading = Reading { gate: Gate::Signed, cutoff_hz: None, mass_kg };
     let dataset = fit::read(context, robot, logs, &reading)?;
     let torque = physical::solve(&dataset, robot).torque;

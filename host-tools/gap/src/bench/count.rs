@@ -33,7 +33,7 @@ const TWINS: [[&str; 2]; 5] = [
 pub enum Count {
     /// What was hidden is named, and nothing else.
     Right,
-    /// It is in a tie of what no drive tells apart.
+    /// It is in a tie of effects that no drive distinguishes.
     TwinTie,
     /// It is in a tie.
     InTie,
@@ -48,7 +48,7 @@ pub enum Count {
 /// Counts an outcome.
 pub fn count(outcome: &Outcome) -> Count {
     let truth: Vec<&str> = outcome.case.effects.iter().map(|effect| effect.id()).collect();
-    let has = |list: &[String], id: &str| list.iter().any(|own| own == id);
+    let has = |list: &[String], id: &str| list.iter().any(|name| name == id);
     match outcome.verdict {
         Verdict::None => Count::Missed,
         Verdict::Unexplained => Count::Abstained,
@@ -211,15 +211,15 @@ impl Coverage {
     /// All figures of a bench.
     pub fn all(covered: &[Covered]) -> [Self; 3] {
         let of = |right: bool, windows: fn(&Covered) -> &Vec<(bool, f64)>| {
-            let wanted = covered.iter().filter(move |own| own.right || !right);
-            wanted.flat_map(move |own| windows(own).iter().copied())
+            let wanted = covered.iter().filter(move |set| set.right || !right);
+            wanted.flat_map(move |set| windows(set).iter().copied())
         };
         [
-            Self::of("95 % mass interval after an extension, rightly named", of(true, |own| &own.windows)),
-            Self::of("the same, by the noise of the base alone", of(true, |own| &own.by_base)),
+            Self::of("95 % mass interval after an extension, rightly named", of(true, |set| &set.windows)),
+            Self::of("the same, by the noise of the base alone", of(true, |set| &set.by_base)),
             Self::of(
                 "95 % mass interval after an extension, whatever was named",
-                of(false, |own| &own.windows),
+                of(false, |set| &set.windows),
             ),
         ]
     }

@@ -1,5 +1,4 @@
-//! Whether the mass interval that an extended model gives holds the mass: in runs that nobody has
-//! seen, which have the effect.
+//! Whether the mass interval of an extended model holds the mass, in unseen runs with the effect.
 
 use indicatif::ProgressBar;
 use logs::robot::Robot;
@@ -20,7 +19,7 @@ use crate::extension;
 use crate::investigate::investigate;
 use residuals::types::Options;
 
-/// Windows of this length, one behind the other, s: those of the paper.
+/// Windows of this length, one after the other, s: those of the paper.
 const WINDOW_S: f64 = 25.0;
 
 /// Buckets are this long, s.
@@ -29,17 +28,17 @@ const BUCKET_S: f64 = 1.0;
 /// Buckets that the estimator keeps.
 const BUCKETS: usize = 32;
 
-/// Runs that nobody has seen have seeds this much above the set's.
+/// Unseen runs have seeds this much above the set's.
 const UNSEEN: u64 = 500_000;
 
-/// Windows of runs that nobody has seen, by an extended model.
+/// Windows of unseen runs, by an extended model.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Covered {
     /// The case, its effect scaled.
     pub case: Case,
     /// What was named, and is in the model.
     pub named: Vec<String>,
-    /// Whether what was hidden is among it.
+    /// Whether the hidden effects are among them.
     pub right: bool,
     /// Of each window whose mass was known: whether the interval holds the mass, and its half
     /// width, kg.
@@ -59,19 +58,11 @@ pub fn run(robot: &Robot, cases: &[Case], bar: &ProgressBar) -> Result<Vec<Cover
 fn one(robot: &Robot, case: &Case) -> Result<Option<Covered>> {
     let columns = columns(case);
     let clean = sets::clean(robot, case.seed, case.noise.noise, columns, Rows::About)?;
-    let mut effects = Vec::new();
-    for effect in &case.effects {
-        effects.push(sets::scaled(effect, case.size, case.seed)?);
-    }
+    let effects = case.scaled()?;
     let field = sets::field(&effects, case.noise.noise);
     let runs = Runs::condition(&clean.runs.robot, sets::record(&field.field(case.seed), columns)?)?;
     let report = investigate(&runs, Some(&clean.runs), &clean.base, &Options::default())?;
-    let written: Vec<_> = report
-        .effects
-        .iter()
-        .map(|named| Written::of(&named.candidate, &named.coefficients, &named.std_errs))
-        .collect();
-    let kept: Vec<bool> = written.iter().map(std::result::Result::is_ok).collect();
+    let (written, kept) = extension::written(&report);
     let Some(worth) = extension::of(&runs, &report, &kept, &clean.noise) else { return Ok(None) };
     let written: Vec<Written> = written.into_iter().flatten().collect();
     if written.is_empty() {
@@ -118,7 +109,7 @@ fn windows(coefficients: &Coefficients<f64, 2>, run: &RawRun) -> Result<Vec<(boo
     let mut estimator: Estimator<f64, Window<f64>, 2, BUCKETS> =
         Estimator::new(coefficients, method, &timing).map_err(|_| unfit("too slow for the filter"))?;
     let processor = run.columns.iter().position(|column| column == model::effects::PROCESSOR);
-    let (mut found, mut closed, mut last) = (Vec::new(), 0_usize, f64::NAN);
+    let (mut intervals, mut closed, mut last) = (Vec::new(), 0_usize, f64::NAN);
     for (time, sample, mass, extras) in &run.rows {
         let mut outside = Outside::UNKNOWN;
         if let Some(place) = processor {
@@ -133,8 +124,8 @@ fn windows(coefficients: &Coefficients<f64, 2>, run: &RawRun) -> Result<Vec<(boo
             && let Some(known) = estimator.over_latest(window).and_then(|mass| mass.known())
         {
             let holds = known.low <= *mass && *mass <= known.high;
-            found.push((holds, 0.5 * (known.high - known.low)));
+            intervals.push((holds, 0.5 * (known.high - known.low)));
         }
     }
-    Ok(found)
+    Ok(intervals)
 }

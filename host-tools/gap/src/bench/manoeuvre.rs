@@ -1,5 +1,5 @@
-//! Whether the suggested manoeuvre parts what tied: the plant drives it with the same hidden
-//! effect, and the workflow looks again.
+//! Whether the suggested manoeuvre resolves a tie: the plant drives it with the same hidden effect,
+//! and the workflow is run again.
 
 use indicatif::ProgressBar;
 use logs::robot::Robot;
@@ -41,7 +41,7 @@ pub struct Parted {
     pub tie: Vec<String>,
     /// What was suggested.
     pub suggestion: Suggestion,
-    /// Names after driving it, ties behind the winner.
+    /// Names after driving it, the winner before its ties.
     pub names: Vec<String>,
     /// How it ended.
     pub ending: Ending,
@@ -62,10 +62,7 @@ pub fn run(robot: &Robot, cases: &[Case], bar: &ProgressBar) -> Result<Vec<Parte
 pub fn one(robot: &Robot, case: &Case) -> Result<Option<Parted>> {
     let columns = columns(case);
     let mut clean = sets::clean(robot, case.seed, case.noise.noise, columns, Rows::About)?;
-    let mut effects = Vec::new();
-    for effect in &case.effects {
-        effects.push(sets::scaled(effect, case.size, case.seed)?);
-    }
+    let effects = case.scaled()?;
     let case = Case { effects, ..case.clone() };
     let scenarios = sets::field(&case.effects, case.noise.noise).field(case.seed);
     let mut raw = sets::record(&scenarios, columns)?;
@@ -149,7 +146,7 @@ mod tests {
     use super::*;
 
     /// An offset of the sensor half as large as the noise, in drives that hardly rest: it might be
-    /// on with motion only.
+    /// a power drawn during motion only.
     #[test]
     fn a_tie_is_parted_by_driving_what_is_suggested() {
         let robot = Robot::named("burger").unwrap();

@@ -19,7 +19,7 @@ use self::sets::{NoiseKind, noises};
 use crate::workflow::Engine;
 use residuals::types::{Options, Verdict};
 
-/// What is hidden, and in how large a set.
+/// The effects that are hidden in a set of runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Case {
     /// Effects before scaling.
@@ -32,6 +32,13 @@ pub struct Case {
     pub noise: NoiseKind,
     /// Ids that are taken out of the dictionary.
     pub removed: Vec<String>,
+}
+
+impl Case {
+    /// Its effects, scaled.
+    fn scaled(&self) -> Result<Vec<Effect>> {
+        self.effects.iter().map(|effect| sets::scaled(effect, self.size, self.seed)).collect()
+    }
 }
 
 /// Which cases are asked for.
@@ -152,10 +159,7 @@ fn all<T: Send>(
 pub fn one(robot: &Robot, case: &Case, engine: Engine) -> Result<Outcome> {
     let columns = columns(case);
     let clean = sets::clean(robot, case.seed, case.noise.noise, columns, engine.rows())?;
-    let mut effects = Vec::new();
-    for effect in &case.effects {
-        effects.push(sets::scaled(effect, case.size, case.seed)?);
-    }
+    let effects = case.scaled()?;
     let raw = sets::record(&sets::field(&effects, case.noise.noise).field(case.seed), columns)?;
     let runs = Runs::condition_to(&clean.runs.robot, raw, engine.rows())?;
     let options = Options { removed: case.removed.clone(), ..Options::default() };
@@ -172,7 +176,7 @@ pub fn one(robot: &Robot, case: &Case, engine: Engine) -> Result<Outcome> {
         probability: report
             .likelihood
             .as_ref()
-            .and_then(|found| Some(found.posterior.effects.first()?.probability)),
+            .and_then(|likelihood| Some(likelihood.posterior.effects.first()?.probability)),
         note: report.rounds.last().map_or(String::new(), |round| round.outcome.clone()),
     })
 }
@@ -183,7 +187,7 @@ fn columns(case: &Case) -> &'static [&'static str] {
     if needs_processor { &["cpu_percent"] } else { &[] }
 }
 
-/// A case without effects, one noise after the other.
+/// A case without effects; the kinds of noise take turns.
 pub fn effect_free(seed: u64) -> Case {
     let noise = noises()[seed as usize % noises().len()];
     Case { effects: Vec::new(), size: 0.0, seed, noise, removed: Vec::new() }

@@ -1,5 +1,4 @@
-//! Sets of runs from the plant: clean ones for the base, and field runs with effects that nobody
-//! tells.
+//! Sets of runs from the plant: clean ones for the base, and field runs with hidden effects.
 
 use std::path::PathBuf;
 
@@ -94,7 +93,7 @@ pub struct Clean {
     pub base: Base,
     /// Its runs.
     pub runs: Runs,
-    /// What mass estimates with the base have to expect.
+    /// Noise of mass estimates with the base.
     pub noise: model_core::payload::Noise<f64>,
 }
 
@@ -141,12 +140,12 @@ pub fn clean(robot: &Robot, seed: u64, noise: Noise, columns: &[&str], rows: Row
 }
 
 /// The effect scaled so that it adds `size` standard deviations of the noise to the power of the
-/// field runs; the greatest that there can be where none is large enough.
+/// field runs, or as near to that as its range allows.
 ///
 /// # Errors
 /// What the plant refuses.
 pub fn scaled(effect: &Effect, size: f64, seed: u64) -> Result<Effect> {
-    // Three runs say what all twelve would, and no payload is mislabelled in the others.
+    // Three runs suffice, and the others' payloads are not mislabelled.
     let mut runs: Vec<Scenario> = field(&[], Noise::white(NOISE_W)).field(seed);
     runs.truncate(3);
     for run in &mut runs {

@@ -177,7 +177,7 @@ pub fn investigate(
         ties,
         basis: Some(Basis {
             drive: base.drive,
-            lag,
+            clean_delay: lag,
             whitener: problem.noise.whitener.clone(),
             std_w: problem.noise.usual_w(),
             precision: precision(base, parameters, options.slack),

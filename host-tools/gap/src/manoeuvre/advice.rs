@@ -1,4 +1,4 @@
-//! What tells an effect from others where no drive does.
+//! What distinguishes an effect from others where no drive does.
 
 /// What to record.
 pub fn to_record(id: &str) -> String {

@@ -1,15 +1,14 @@
-//! How often a drive has to be driven until it parts rivals with a probability that somebody asks
-//! for.
+//! How often a profile has to be driven to distinguish rivals with a wanted probability.
 
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use residuals::thresholds::manoeuvre::{PARTED, WORTH};
 
-/// The probability that rivals are parted which are expected to differ by `z` standard errors.
+/// The probability of distinguishing rivals that are expected to differ by `z` standard errors.
 ///
-/// The difference of their χ² is then normal about z² with a standard deviation of 2 z, and has to
-/// exceed the tie's 9; what the model gets wrong where no run has been takes as much of z as the
-/// noise does.
+/// The difference of their χ² is normal about z² with a standard deviation of 2 z, and has to
+/// exceed the tie's 9. The model's error where no run has been takes as much of z as the noise
+/// does.
 pub fn probability(z: f64) -> f64 {
     let z = z * WORTH / PARTED;
     if z <= 0.0 || z.is_nan() {

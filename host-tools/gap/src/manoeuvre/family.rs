@@ -1,5 +1,4 @@
-//! The profiles that are tried: short blocks, each from rest to rest, repeated in turn behind a
-//! rest.
+//! The profiles that are tried: a rest, then short blocks in turn, each from rest to rest.
 
 use super::limits::Limits;
 use residuals::thresholds::manoeuvre::EASY;
@@ -99,13 +98,13 @@ pub fn blocks() -> Vec<Block> {
 }
 
 impl Block {
-    /// With holds of this share of theirs, and then the same backwards in time: it ends where it
-    /// began, and heads there as it did.
+    /// With holds shortened to this share, then backwards in time: it ends where it began, with the
+    /// same heading.
     pub(super) fn there_and_back(&self, share: f64) -> Self {
         let there: Vec<Leg> =
             self.legs.iter().map(|leg| Leg { hold_s: share * leg.hold_s, ..*leg }).collect();
         let ends_at_rest = there.last().is_some_and(|leg| leg.speed == 0.0 && leg.turn == 0.0);
-        // The rest at the end stays behind; what was driven is driven back, the last first.
+        // The rest at the end stays at the end; the legs before it are driven back, the last first.
         let driven = &there[..there.len() - usize::from(ends_at_rest)];
         let back = driven.iter().rev().map(|leg| Leg { speed: -leg.speed, turn: -leg.turn, ..*leg });
         let rest = there.last().copied().filter(|_| ends_at_rest);
@@ -136,8 +135,8 @@ impl Recipe {
                 now += leg.hold_s;
                 knots.push((now, twist));
             }
-            // Blocks begin and end at rest: the one that is too long is left out, and the rest of
-            // the time rested.
+            // Blocks begin and end at rest. One that is too long is left out, and the robot rests
+            // for the remaining time.
             if now > self.duration_s || now <= before.1 {
                 knots.truncate(before.0);
                 break;
@@ -179,8 +178,7 @@ mod tests {
     const ROBOT: &str = "kinematics = \"differential\"\nwheel_radius_m = 0.033\ntrack_m = 0.16\nmass_no_load_kg = 1\n\
                          mass_full_load_kg = 6\nmax_speed_m_s = 0.5\nmax_turn_rad_s = 2.0\nmax_acceleration_m_s2 = 0.8\n";
 
-    /// Limits of a robot whose file gives them all: the runs, of which there are none, do not
-    /// matter.
+    /// Limits of a robot whose file gives them all: no runs are needed.
     fn limits() -> Limits {
         let robot = Robot::parse(ROBOT).unwrap();
         let core = robot.core::<2>(CUTOFF_HZ).unwrap();

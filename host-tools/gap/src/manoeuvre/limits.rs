@@ -22,7 +22,7 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// From the robot's file, and what that leaves open from what the runs did.
+    /// From the robot's file; those that it does not give, from the runs.
     pub fn new(robot: &Robot, runs: &Runs) -> Self {
         let rows = || runs.runs.iter().flat_map(|run| &run.rows);
         let wheels = wheels_of_twist(runs);
@@ -73,7 +73,7 @@ impl Limits {
     }
 }
 
-/// What nearly all of these values are below.
+/// The value that nearly all are below.
 fn usual(mut values: Vec<f64>) -> f64 {
     if values.is_empty() {
         return 0.0;
@@ -82,7 +82,7 @@ fn usual(mut values: Vec<f64>) -> f64 {
     *values.select_nth_unstable_by(rank, f64::total_cmp).1
 }
 
-/// The wheel speeds that move the body so and slip least: the pseudo-inverse of R.
+/// The wheel speeds of a twist with the least slip: the pseudo-inverse of R.
 fn wheels_of_twist(runs: &Runs) -> Vec<[f64; 2]> {
     let rows = runs.robot.rows();
     let wheels = rows[0].len();

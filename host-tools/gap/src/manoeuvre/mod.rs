@@ -1,5 +1,5 @@
-//! The manoeuvre that parts hypotheses: a speed profile within the robot's limits along which they
-//! would disagree most.
+//! The manoeuvre that distinguishes hypotheses: a speed profile within the robot's limits along
+//! which they disagree most.
 
 pub mod advice;
 pub mod effort;
@@ -41,8 +41,8 @@ pub struct Pair {
 /// What a drive is asked to be.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Wish {
-    /// To part the rivals with this probability, 0 to 1; as well as [`RUNS`] runs do it where none
-    /// is asked for.
+    /// The probability, 0 to 1, of distinguishing the rivals. Without one, the drive is the best of
+    /// [`RUNS`] runs.
     pub probability: Option<f64>,
     /// To stay in this room.
     pub room: Option<Room>,
@@ -51,29 +51,28 @@ pub struct Wish {
 /// What to drive.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Suggestion {
-    /// The profile; none where no drive parts any of the hypotheses.
+    /// The profile; none where no drive distinguishes any of the hypotheses.
     pub knots: Option<Knots>,
     /// What it does, in words.
     pub words: String,
     /// How often to drive it.
     pub runs: usize,
-    /// The probability with which that parts the least parted pair.
+    /// The probability that this distinguishes the closest pair.
     pub probability: f64,
     /// The one that was asked for.
     pub wanted: Option<f64>,
     /// Total masses to drive it with, by turns, kg.
     pub masses_kg: Vec<f64>,
-    /// Hypotheses, and how well the profile parts them.
+    /// Hypotheses, and how well the profile distinguishes them.
     pub pairs: Vec<Pair>,
-    /// Runs of the same profile that are needed without the effect, with the robot as it was in the
-    /// fit: the model gets too much wrong along it, and no run says what. 0 where the field's are
-    /// enough.
+    /// Runs of the same profile needed without the effect, with the robot as in the fit: no run
+    /// shows the model's error along it yet. 0 where the field's are enough.
     pub reference_runs: usize,
-    /// What else to record for those that it does not part.
+    /// What else to record for those that it does not distinguish.
     pub record: Vec<String>,
 }
 
-/// Looks for the profile that parts the hypotheses of an ambiguous report best: the least parted
+/// Searches the profile that best distinguishes the hypotheses of an ambiguous report: the closest
 /// pair counts. `None` where there is no tie.
 ///
 /// # Errors
@@ -116,7 +115,7 @@ pub fn suggest(
         if worst(&loaded.1) < PARTED && clean.is_some() {
             let other = search.best(RUNS)?;
             let with_clean = search.loaded(&other, RUNS)?;
-            // Nobody records what helps little.
+            // Reference runs have to be worth recording.
             if worst(&with_clean.1) > worst(&loaded.1) + 1.0 {
                 (recipe, loaded, reference_runs) = (other, with_clean, RUNS);
             }
@@ -135,34 +134,19 @@ pub fn suggest(
     }
     record.sort();
     record.dedup();
-    let parts = pairs.iter().any(|pair| pair.z >= WORTH);
     let probability = if pairs.is_empty() { 0.0 } else { effort::probability(worst(&pairs)) };
-    let wanted = wish.probability;
-    let suggestion = match best.filter(|_| parts) {
-        Some((recipe, masses)) => Suggestion {
-            knots: Some(recipe.knots(&search.blocks, &search.limits)),
-            words: recipe.words(&search.blocks),
-            runs: count,
-            probability,
-            wanted,
-            masses_kg: masses,
-            pairs,
-            reference_runs,
-            record,
-        },
-        None => Suggestion {
-            knots: None,
-            words: String::new(),
-            runs: 0,
-            probability,
-            wanted,
-            masses_kg: Vec::new(),
-            pairs,
-            reference_runs: 0,
-            record,
-        },
+    let best = best.filter(|_| pairs.iter().any(|pair| pair.z >= WORTH));
+    if best.is_none() {
+        (count, reference_runs) = (0, 0);
+    }
+    let (knots, words, masses_kg) = match best {
+        Some((recipe, masses)) => {
+            (Some(recipe.knots(&search.blocks, &search.limits)), recipe.words(&search.blocks), masses)
+        }
+        None => (None, String::new(), Vec::new()),
     };
-    Ok(Some(suggestion))
+    let (runs, wanted) = (count, wish.probability);
+    Ok(Some(Suggestion { knots, words, runs, probability, wanted, masses_kg, pairs, reference_runs, record }))
 }
 
 /// The search over the family.
@@ -183,8 +167,8 @@ impl Search<'_> {
         separate::planned(self.field, &knots, &self.limits, masses)
     }
 
-    /// How well each pair of ids is parted: of the ways in which their effects may show the two
-    /// that are closest.
+    /// How well each pair of ids is distinguished. An effect may show in several ways: the closest
+    /// two count.
     fn separations(
         &self,
         known: &Products,
@@ -222,21 +206,21 @@ impl Search<'_> {
         Ok(pairs)
     }
 
-    /// What counts: the least parted pair, and a little of all pairs, so that those that nothing
-    /// parts do not hide the others.
+    /// The z of the closest pair, and a little of all pairs', so that a pair that nothing
+    /// distinguishes does not hide the others.
     fn score(&self, known: &Products, recipe: &Recipe, reference: usize) -> Result<f64> {
-        let found = self.separations(known, recipe, &self.loads, reference)?;
-        let mean = found.iter().map(|pair| pair.z.min(SURE)).sum::<f64>() / found.len().max(1) as f64;
-        Ok(worst(&found) + 0.1 * mean)
+        let pairs = self.separations(known, recipe, &self.loads, reference)?;
+        let mean = pairs.iter().map(|pair| pair.z.min(SURE)).sum::<f64>() / pairs.len().max(1) as f64;
+        Ok(worst(&pairs) + 0.1 * mean)
     }
 
-    /// Products of what is known, at the scale of recipes of that length.
+    /// Products of the recorded runs, scaled as for recipes of that length.
     fn known(&self, duration_s: f64) -> Result<Products> {
         let recipe = Recipe { lead_s: 0.0, duration_s, blocks: vec![0] };
         Ok(self.ground.known(&self.planned(&recipe, &self.loads)?))
     }
 
-    /// Blocks one after the other, each the best beside those chosen before; then rest and length.
+    /// Chooses blocks one by one, each the best with those before; then rest and length.
     fn best(&self, reference: usize) -> Result<Recipe> {
         let known = self.known(CHOICE_S)?;
         let mut best: Option<(f64, Recipe)> = None;
@@ -258,10 +242,10 @@ impl Search<'_> {
                 }
             }
             match (further, &best) {
-                (Some(found), Some((most, _))) if found.0 <= LEAST_RISE * most => break,
-                (Some(found), _) => {
-                    tail.clone_from(&found.1.blocks);
-                    best = Some(found);
+                (Some(next), Some((most, _))) if next.0 <= LEAST_RISE * most => break,
+                (Some(next), _) => {
+                    tail.clone_from(&next.1.blocks);
+                    best = Some(next);
                 }
                 (None, _) => break,
             }
@@ -269,16 +253,16 @@ impl Search<'_> {
         let (_, mut recipe) = best.ok_or_else(|| Error::failed("no profile can be tried"))?;
         for duration_s in DURATIONS_S {
             recipe.duration_s = duration_s;
-            let found = self.separations(&self.known(duration_s)?, &recipe, &self.loads, reference)?;
-            if worst(&found) >= SURE {
+            let pairs = self.separations(&self.known(duration_s)?, &recipe, &self.loads, reference)?;
+            if worst(&pairs) >= SURE {
                 break;
             }
         }
         Ok(recipe)
     }
 
-    /// The least time on the road that parts all pairs with a probability: length and number of
-    /// runs. Where none of those tried is enough, what parts them best.
+    /// The least driving time, as length and number of runs, that distinguishes all pairs with a
+    /// probability. Where none that is tried suffices, the best.
     fn effort(
         &self,
         recipe: Recipe,
@@ -298,28 +282,28 @@ impl Search<'_> {
         let reached = |tried: &(Recipe, usize, Vec<Pair>)| effort::probability(worst(&tried.2));
         let time = |(recipe, runs, _): &(Recipe, usize, Vec<Pair>)| recipe.duration_s * *runs as f64;
         let enough = tried.iter().filter(|tried| reached(tried) >= wanted);
-        let found = enough.min_by(|a, b| time(a).total_cmp(&time(b)));
+        let shortest = enough.min_by(|a, b| time(a).total_cmp(&time(b)));
         let best = || {
             tried.iter().max_by(|a, b| reached(a).total_cmp(&reached(b)).then(time(b).total_cmp(&time(a))))
         };
-        found.or_else(best).cloned().ok_or_else(|| Error::failed("no profile can be tried"))
+        shortest.or_else(best).cloned().ok_or_else(|| Error::failed("no profile can be tried"))
     }
 
-    /// The loads to drive it with, and what they part.
+    /// The loads to drive it with, and the pairs' z.
     fn loaded(&self, recipe: &Recipe, reference: usize) -> Result<(Vec<f64>, Vec<Pair>)> {
         let known = self.known(recipe.duration_s)?;
         let mut best = (self.loads.to_vec(), self.separations(&known, recipe, &self.loads, reference)?);
         for load in self.loads {
-            let found = self.separations(&known, recipe, &[load], reference)?;
-            if worst(&found) > ONE_LOAD * worst(&best.1) {
-                best = (vec![load], found);
+            let pairs = self.separations(&known, recipe, &[load], reference)?;
+            if worst(&pairs) > ONE_LOAD * worst(&best.1) {
+                best = (vec![load], pairs);
             }
         }
         Ok(best)
     }
 }
 
-/// The least parted pair's z.
+/// The closest pair's z.
 fn worst(pairs: &[Pair]) -> f64 {
     pairs.iter().map(|pair| pair.z).fold(f64::INFINITY, f64::min)
 }

@@ -1,5 +1,4 @@
-//! Drives that stay in a room: what goes out comes back the way it went, and no further than there
-//! is room.
+//! Drives that stay in a room: they return the way they went, and go no further than there is room.
 
 use super::family::{Block, Knots, Recipe, at};
 use super::limits::Limits;

@@ -1,9 +1,9 @@
-//! How well a drive would part two hypotheses: what is left of their difference when the worse one
-//! may adapt itself.
+//! How well a drive would distinguish two hypotheses: the loss of the wrong one, fitted as well as
+//! it can be.
 //!
 //! As in the workflow, the model may be wrong along smooth functions of the drive and along the
-//! effects in clean and field runs alike, which only the clean runs tell from an effect: where
-//! these have not been, no drive of the field parts anything.
+//! effects, in clean and field runs alike. Only clean runs distinguish that error from an effect:
+//! where they have not been, no field drive distinguishes anything.
 
 use std::mem::discriminant;
 
@@ -33,12 +33,12 @@ use residuals::twin::{State, Twin};
 /// As [`Runs::condition`].
 pub fn planned(field: &Runs, knots: &Knots, limits: &Limits, masses: &[f64]) -> Result<Runs> {
     let end = knots.last().map_or(0.0, |(time, _)| *time);
-    // Rows as far apart as those that the whitener knows.
-    let parts = (1..=8)
+    // Rows as far apart as the whitener's.
+    let divisor = (1..=8)
         .map(f64::from)
-        .find(|parts| field.period_s / parts * SAMPLES_PER_CUTOFF * field.robot.cutoff_hz() <= 1.0)
+        .find(|divisor| field.period_s / divisor * SAMPLES_PER_CUTOFF * field.robot.cutoff_hz() <= 1.0)
         .unwrap_or(8.0);
-    let period_s = field.period_s / parts;
+    let period_s = field.period_s / divisor;
     let wheels = field.robot.wheels();
     let run = |mass: &f64| {
         let rows = (0..=(end / period_s) as usize).map(|k| {
@@ -49,13 +49,12 @@ pub fn planned(field: &Runs, knots: &Knots, limits: &Limits, masses: &[f64]) -> 
         });
         RawRun { name: "planned".to_owned(), rows: rows.collect(), columns: Vec::new(), period_s }
     };
-    // What the wheels will slip nobody knows before: planned drives do not.
+    // The slip of a planned drive is unknown: it has none.
     let conditioning = Conditioning { true_slip: 0.0, ..*field.robot.conditioning() };
     Runs::condition(&field.robot.with_conditioning(conditioning), masses.iter().map(run).collect())
 }
 
-/// Whether a drive can show what this hypothesis says: nobody can foresee what other columns will
-/// hold.
+/// Whether a drive can show this hypothesis: the values of other columns cannot be foreseen.
 pub fn foreseen(hypothesis: &Rival) -> bool {
     hypothesis.candidate.regressors.iter().all(|regressor| match regressor {
         Regressor::Column(_) | Regressor::Temperature(..) => false,
@@ -64,13 +63,13 @@ pub fn foreseen(hypothesis: &Rival) -> bool {
     })
 }
 
-/// A hypothesis's state in runs to come: what steps does so in their middle, and by as much as it
-/// did on average in single runs; payloads are put on scales.
+/// A hypothesis's state in future runs. Steps come in their middle; a step of single runs has its
+/// mean size there. Payloads are put on scales.
 fn to_come(state: &State, runs: &Runs) -> State {
     let longest = runs.runs.iter().filter_map(|run| run.rows.last()).map(|row| row.time).fold(0.0, f64::max);
     let mut coming = state.clone();
     let single = |of: &Term<f64>| {
-        let same = |regressor: &Regressor| matches!(regressor, Regressor::InRun(_, own) if discriminant(own) == discriminant(of));
+        let same = |regressor: &Regressor| matches!(regressor, Regressor::InRun(_, term) if discriminant(term) == discriminant(of));
         let sizes: Vec<f64> =
             state.effects.iter().filter(|(regressor, _)| same(regressor)).map(|(_, c)| *c).collect();
         sizes.iter().sum::<f64>() / sizes.len().max(1) as f64
@@ -99,14 +98,14 @@ fn width(regressor: &Regressor) -> Option<f64> {
     }
 }
 
-/// What is known already: the open runs of the field and the clean ones, and the hypotheses that
-/// explain them.
+/// What is known already: the open field runs, the clean runs, and the hypotheses that explain
+/// them.
 pub struct Ground<'a> {
     /// Open runs, then clean ones.
     pub runs: Runs,
     /// What predictions rest on.
     pub basis: &'a Basis,
-    /// Who is to be parted.
+    /// The hypotheses to be distinguished.
     pub hypotheses: &'a [Rival],
     /// Whether there are clean runs: without, the base moves instead of the discrepancy.
     pub has_clean: bool,
@@ -118,19 +117,19 @@ pub struct Ground<'a> {
 pub struct Products {
     sums: DMatrix<f64>,
     discrepancy: usize,
-    /// First column and number of columns of each hypothesis's effects, shapes behind them.
+    /// First column of each hypothesis, number of its effects, and of its shapes, which follow.
     blocks: Vec<(usize, usize, usize)>,
 }
 
 impl Ground<'_> {
-    /// Of the runs that there are, as they stand beside `planned` ones: smooth functions are scaled
-    /// by the largest of all.
+    /// Of the recorded runs, beside `planned` ones: smooth functions are scaled by the largest of
+    /// all.
     pub fn known(&self, planned: &Runs) -> Products {
         // A planned drive has none of the logs' further columns.
         let all = self.runs.followed_by(planned);
-        let own = self.runs.runs.len();
+        let count = self.runs.runs.len();
         let smooth = smooth::functions(&all);
-        self.products(&all, &smooth, 0..own, false)
+        self.products(&all, &smooth, 0..count, false)
     }
 
     /// Of planned runs.
@@ -167,21 +166,13 @@ impl Ground<'_> {
         places: std::ops::Range<usize>,
         planned: bool,
     ) -> Products {
-        // What the model may get wrong is wrong in clean runs too: effects show there as they would
-        // in the field.
+        // The model's error is in clean runs, too: effects show there as they would in the field.
         let mut bare = runs.clone();
         bare.runs.iter_mut().for_each(|run| run.clean = false);
-        let twin = Twin { clean_delay: self.basis.lag, ..Twin::new(runs, self.basis.drive) };
+        let twin = Twin { clean_delay: self.basis.clean_delay, ..Twin::new(runs, self.basis.drive) };
         let field = Twin { runs: &bare, ..twin };
-        let states: Vec<State> = self
-            .hypotheses
-            .iter()
-            .map(
-                |hypothesis| {
-                    if planned { to_come(&hypothesis.state, runs) } else { hypothesis.state.clone() }
-                },
-            )
-            .collect();
+        let state = |rival: &Rival| if planned { to_come(&rival.state, runs) } else { rival.state.clone() };
+        let states: Vec<State> = self.hypotheses.iter().map(state).collect();
         let base = self.basis.precision.nrows();
         let mut sums: Option<DMatrix<f64>> = None;
         let (mut discrepancy, mut blocks) = (0, Vec::new());
@@ -227,18 +218,15 @@ impl Ground<'_> {
                 self.basis.whitener.apply_run(runs, place, column).into_iter().map(|x| x / self.basis.std_w)
             });
             let matrix = DMatrix::from_iterator(rows, columns.len(), white);
-            let own = matrix.tr_mul(&matrix);
-            sums = Some(match sums {
-                Some(sums) => sums + own,
-                None => own,
-            });
+            let products = matrix.tr_mul(&matrix);
+            sums = Some(sums.map_or_else(|| products.clone(), |sums| sums + &products));
         }
         Products { sums: sums.unwrap_or_else(|| DMatrix::zeros(0, 0)), discrepancy, blocks }
     }
 
-    /// Standard errors by which each pair of hypotheses would differ after `weight` runs for each
-    /// of the planned ones, and `clean` of them without the effect, all that is known taken
-    /// together: places of the two, and z.
+    /// Standard errors by which each pair of hypotheses would differ: places of the two, and z.
+    /// `weight`: runs for each planned one; `clean`: those without the effect. All that is known
+    /// counts.
     pub fn separations(
         &self,
         known: &Products,
@@ -247,22 +235,22 @@ impl Ground<'_> {
         clean: f64,
     ) -> Vec<(usize, usize, f64)> {
         let mut total = &known.sums + weight * &planned.sums;
-        // Where there is no effect, only what the model gets wrong shows.
-        let own = (planned.discrepancy, planned.discrepancy);
-        let mut wrong = total.view_mut((0, 0), own);
-        wrong += clean * planned.sums.view((0, 0), own);
+        // Without an effect only the model's error shows.
+        let shape = (planned.discrepancy, planned.discrepancy);
+        let mut wrong = total.view_mut((0, 0), shape);
+        wrong += clean * planned.sums.view((0, 0), shape);
         let mut pairs = Vec::new();
         for i in 0..self.hypotheses.len() {
             for j in i + 1..self.hypotheses.len() {
-                let z = self.left(&total, known, i, j).min(self.left(&total, known, j, i));
+                let z = self.least_loss(&total, known, i, j).min(self.least_loss(&total, known, j, i));
                 pairs.push((i, j, z.max(0.0).sqrt()));
             }
         }
         pairs
     }
 
-    /// χ² that a hypothesis has to leave where another is true.
-    fn left(&self, total: &DMatrix<f64>, of: &Products, truth: usize, hypothesis: usize) -> f64 {
+    /// The least χ² of a hypothesis where another is true.
+    fn least_loss(&self, total: &DMatrix<f64>, of: &Products, truth: usize, hypothesis: usize) -> f64 {
         let powers = total.ncols() - self.hypotheses.len();
         let (first, effects, shapes) = of.blocks[hypothesis];
         let places: Vec<usize> = (0..of.discrepancy).chain(first..first + effects + shapes).collect();

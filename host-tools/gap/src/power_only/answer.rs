@@ -1,4 +1,4 @@
-//! Steps that runs have in common, and what the locked runs say of them.
+//! Steps that runs have in common, and whether the locked runs confirm them.
 
 use logs::speed_column;
 use model::effects::{Detail, ENTRIES, NotTestable, Physical, STATIC_STEP};
@@ -23,7 +23,7 @@ use residuals::types::{Named, Round, Scored, Status, Verdict};
 /// The one effect that shows.
 const STEP: &str = STATIC_STEP.id;
 
-/// What these logs never tell.
+/// What these logs never show.
 const CANNOT_KNOW: &str =
     "what switched, and whether it moves anything: a slow motion for the rest of the run looks the same";
 
@@ -79,11 +79,11 @@ pub fn investigate(runs: &[PowerRun]) -> Result<Report> {
         .filter(|(_, step)| step.size_w().abs() > STEP_ERRORS * step.std_err_w())
         .collect();
     let greatest = steps.iter().map(|(_, step)| step.size_w().abs() / step.std_err_w()).fold(0.0, f64::max);
-    let found = !steps.is_empty();
+    let has_steps = !steps.is_empty();
     let (kinds, lone) = kinds(steps);
     let confirmed = confirm(runs, &rests, &split, &kinds);
     let refuted = confirmed.refuted();
-    let verdict = match (kinds.is_empty(), found) {
+    let verdict = match (kinds.is_empty(), has_steps) {
         (true, false) => Verdict::None,
         (true, true) => Verdict::Unexplained,
         (false, _) if refuted => Verdict::Unexplained,
@@ -137,7 +137,7 @@ pub fn investigate(runs: &[PowerRun]) -> Result<Report> {
     })
 }
 
-/// Everything but a step asks for the wheels' speeds.
+/// Everything but a step needs the wheels' speeds.
 fn not_testable() -> Vec<NotTestable> {
     let wheels = speed_column(0);
     let others = ENTRIES.iter().filter(|entry| entry.id != STEP);
@@ -152,7 +152,7 @@ fn not_testable() -> Vec<NotTestable> {
         .collect()
 }
 
-/// Steps that at least two runs have in common, those of most runs first, and how many are left.
+/// Steps that at least two runs have in common, those of most runs first, and the number of others.
 fn kinds(mut steps: Vec<(usize, Step)>) -> (Vec<Kind>, usize) {
     let mut kinds = Vec::new();
     loop {
@@ -200,7 +200,7 @@ fn named(size_w: f64, std_err_w: f64, detail: Detail) -> Named {
     Named { candidate, coefficients: vec![size_w], std_errs: vec![std_err_w], physical: Some(physical) }
 }
 
-/// Runs that lie lower than others by the same power before and after the step: a state that does
+/// Runs that are lower than others by the same power before and after the step: a state that does
 /// not change within a run.
 fn between_runs(runs: &[PowerRun], kind: &Kind) -> Option<Named> {
     let mut levels: Vec<(usize, f64, f64, f64)> = kind
@@ -220,10 +220,10 @@ fn between_runs(runs: &[PowerRun], kind: &Kind) -> Option<Named> {
         group.iter().map(level).sum::<f64>() / group.len() as f64
     };
     let before = mean(low, |run| run.1) - mean(high, |run| run.1);
-    let behind = mean(low, |run| run.2) - mean(high, |run| run.2);
+    let after = mean(low, |run| run.2) - mean(high, |run| run.2);
     let error = mean(low, |run| run.3).hypot(mean(high, |run| run.3));
-    let size = 0.5 * (before + behind);
-    let stands_out = size.abs() > STEP_ERRORS * error && (before - behind).abs() < 2.0 * SAME_ERRORS * error;
+    let size = 0.5 * (before + after);
+    let stands_out = size.abs() > STEP_ERRORS * error && (before - after).abs() < 2.0 * SAME_ERRORS * error;
     stands_out.then(|| {
         let names = |group: &[(usize, f64, f64, f64)]| -> Vec<&String> {
             group.iter().map(|run| &runs[run.0].name).collect()
@@ -232,15 +232,15 @@ fn between_runs(runs: &[PowerRun], kind: &Kind) -> Option<Named> {
             ("between", json!("runs")),
             ("runs", json!(names(low))),
             ("against", json!(names(high))),
-            ("sizes_w", json!([before, behind])),
+            ("sizes_w", json!([before, after])),
             ("not_known", json!("what differs between these runs")),
         ]);
         named(size, error, detail)
     })
 }
 
-/// The gap at rest of the locked runs; the size of a step is that of the open ones, its time their
-/// own.
+/// The gap at rest of the locked runs: a step has the size of the open runs, and the run's own
+/// time.
 fn confirm(runs: &[PowerRun], rests: &[Rests], split: &Split, kinds: &[Kind]) -> Confirmed {
     let mut all = Squares::default();
     let mut by_run = Vec::new();
@@ -256,9 +256,9 @@ fn confirm(runs: &[PowerRun], rests: &[Rests], split: &Split, kinds: &[Kind]) ->
             .collect();
         shows |= !steps.is_empty();
         let shift = |time: f64| steps.iter().filter(|(at, _)| time >= *at).map(|(_, size)| size).sum();
-        let own = Squares::of(&runs[place], &rests[place], shift);
-        by_run.push((own.mean(own.before), own.mean(own.after)));
-        all.add(&own);
+        let squares = Squares::of(&runs[place], &rests[place], shift);
+        by_run.push((squares.mean(squares.before), squares.mean(squares.after)));
+        all.add(&squares);
     }
     let open = all.before - all.floor;
     let closed = (shows && open > 0.0).then(|| (all.before - all.after) / open);
@@ -298,8 +298,8 @@ fn cells(runs: &[PowerRun], rests: &[Rests], open: &[usize]) -> Vec<Cell> {
             .iter()
             .filter_map(|run| {
                 let inside = run.iter().filter(|(time, _)| *time >= from && *time <= to).map(|(_, r)| *r);
-                let own: Vec<f64> = inside.collect();
-                (own.len() >= LEAST_BLOCKS).then(|| own.iter().sum::<f64>() / own.len() as f64)
+                let values: Vec<f64> = inside.collect();
+                (values.len() >= LEAST_BLOCKS).then(|| values.iter().sum::<f64>() / values.len() as f64)
             })
             .collect();
         let mean = mean_interval(&means);

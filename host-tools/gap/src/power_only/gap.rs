@@ -1,4 +1,4 @@
-//! How far the power at rest is from one level, and from levels that step: sums over runs.
+//! Squared deviations of the power at rest from one level, and from levels that step.
 
 use super::read::PowerRun;
 use super::rests::Rests;
@@ -10,14 +10,14 @@ pub(super) struct Squares {
     pub before: f64,
     /// About one level a run and the named steps.
     pub after: f64,
-    /// About a level of its own for each state of each run: what no step removes.
+    /// About one level for each state of each run: no step removes that.
     pub floor: f64,
     /// Blocks.
     pub count: f64,
 }
 
 impl Squares {
-    /// Of one run. `shift` tells by how much the named steps have lifted the power at a time.
+    /// Of one run. `shift`: by how much the named steps have lifted the power at a time.
     pub(super) fn of(run: &PowerRun, rests: &Rests, shift: impl Fn(f64) -> f64) -> Self {
         let at_rest = at_rest(run, rests);
         let about = |values: &[f64]| {
@@ -28,8 +28,8 @@ impl Squares {
         let after: Vec<f64> = at_rest.iter().map(|rest| rest.power_w - shift(rest.time_s)).collect();
         let states = at_rest.iter().map(|rest| rest.state).max().map_or(0, |most| most + 1);
         let floor = (0..states).map(|state| {
-            let own = at_rest.iter().filter(|rest| rest.state == state).map(|rest| rest.power_w);
-            about(&own.collect::<Vec<_>>())
+            let powers = at_rest.iter().filter(|rest| rest.state == state).map(|rest| rest.power_w);
+            about(&powers.collect::<Vec<_>>())
         });
         Self { before: about(&before), after: about(&after), floor: floor.sum(), count: at_rest.len() as f64 }
     }

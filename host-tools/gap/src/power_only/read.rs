@@ -63,20 +63,20 @@ fn read_log(context: &Context, file: &Path, unit_w: f64, runs: &mut Vec<PowerRun
     ];
     let mut reader = LogReader::open(context, file, &requests)?.scaled(vec![1.0, unit_w, 1.0]);
     let mut values = [0.0; 3];
-    let mut own: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
+    let mut series: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
     while reader.next_row(&mut values)?.is_some() {
         let run = if reader.has(2) { values[2] as usize } else { 0 };
-        if own.len() <= run {
-            own.resize_with(run + 1, Default::default);
+        if series.len() <= run {
+            series.resize_with(run + 1, Default::default);
         }
-        own[run].0.push(values[0]);
-        own[run].1.push(values[1]);
+        series[run].0.push(values[0]);
+        series[run].1.push(values[1]);
     }
     if reader.exclusions().total() > 0 {
         context.notice(format_args!("{}: {}", file.display(), reader.exclusions()));
     }
-    let several = own.len() > 1;
-    for (place, (times, power)) in own.iter().enumerate().filter(|(_, (times, _))| !times.is_empty()) {
+    let several = series.len() > 1;
+    for (place, (times, power)) in series.iter().enumerate().filter(|(_, (times, _))| !times.is_empty()) {
         let mut name = file.display().to_string();
         if several {
             name += &format!("#{}", reader.run_names().get(place).map_or("", String::as_str));

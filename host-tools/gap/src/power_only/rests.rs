@@ -19,7 +19,7 @@ struct Visit {
 pub struct Rest {
     /// Its mean, W.
     pub level_w: f64,
-    /// Its standard error, W: by how much rests wander, per root of how often it was returned to.
+    /// Its standard error, W: the wander of rests over the root of the number of visits.
     pub std_err_w: f64,
     /// When, from and to, s.
     pub visits: Vec<(f64, f64)>,
@@ -32,7 +32,7 @@ pub struct Step {
     pub between_s: (f64, f64),
     /// Before.
     pub from: Rest,
-    /// Behind.
+    /// After.
     pub to: Rest,
 }
 
@@ -47,8 +47,8 @@ impl Step {
         self.from.std_err_w.hypot(self.to.std_err_w)
     }
 
-    /// Whether a level, at rest, is of the state after the step.
-    fn is_behind(&self, time: f64) -> bool {
+    /// Whether a time is after the step.
+    fn is_after(&self, time: f64) -> bool {
         time >= self.between_s.1
     }
 }
@@ -60,7 +60,7 @@ pub struct Rests {
     pub steps: Vec<Step>,
     /// The lowest level, where there is any.
     pub lowest: Option<Rest>,
-    /// Levels that were risen to, passed, or held too briefly to be a rest.
+    /// Levels that the power rose to, passed, or held too briefly for a rest.
     pub others: usize,
     /// How far means over two seconds wander at rest, W.
     pub wander_w: f64,
@@ -83,7 +83,7 @@ impl Rests {
         let mut search = Search { levels: &levels, steps: Vec::new() };
         let lowest = levels.first().map(|_| search.all(&visits, 0));
         search.collect(&visits);
-        // The greatest wander of any rest that a step is told from.
+        // The greatest wander of any rest of a step.
         let rests = search.steps.iter().flat_map(|step| [&step.from, &step.to]);
         let greatest = rests.chain(&lowest).map(|rest| wander(&run.blocks, &rest.visits)).fold(0.0, f64::max);
         let mut steps = search.steps;
@@ -94,11 +94,10 @@ impl Rests {
         Self { others: levels.len().saturating_sub(used), steps, lowest, wander_w: greatest }
     }
 
-    /// The steps' rests that a time is at: the state's number from 0, if the time is at rest at
-    /// all.
+    /// The state at a time, numbered from 0; `None` where the time is not at rest.
     pub fn state_at(&self, time: f64) -> Option<usize> {
         let inside = |rest: &Rest| rest.visits.iter().any(|&(from, to)| time >= from && time <= to);
-        let state = self.steps.iter().filter(|step| step.is_behind(time)).count();
+        let state = self.steps.iter().filter(|step| step.is_after(time)).count();
         let rest = match state.checked_sub(1) {
             Some(before) => self.steps.get(before).map(|step| &step.to),
             None => self.steps.first().map(|step| &step.from).or(self.lowest.as_ref()),
@@ -113,7 +112,7 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Steps among these visits: up behind the last visit of the lowest level, down before its
+    /// Steps among these visits: up after the last visit of the lowest level, down before its
     /// first.
     fn collect(&mut self, visits: &[Visit]) {
         let Some(lowest) = visits.iter().map(|visit| visit.level).min() else { return };
@@ -121,22 +120,22 @@ impl Search<'_> {
         let (Some(first), Some(last)) = (visits.iter().position(at), visits.iter().rposition(at)) else {
             return;
         };
-        let (before, here, behind) = (&visits[..first], &visits[first..=last], &visits[last + 1..]);
-        let own = self.all(here, lowest);
+        let (before, here, after) = (&visits[..first], &visits[first..=last], &visits[last + 1..]);
+        let low = self.all(here, lowest);
         if let Some((rest, from_s, _)) = self.rest(before)
-            && self.is_rest(&own, here, lowest)
+            && self.is_rest(&low, here, lowest)
         {
             let between_s = (rest.visits.last().map_or(from_s, |visit| visit.1), here[0].from_s);
-            self.add(rest, own.clone(), between_s);
+            self.add(rest, low.clone(), between_s);
         }
         self.collect(before);
-        if let Some((rest, _, _)) = self.rest(behind)
-            && self.is_held(&own)
+        if let Some((rest, _, _)) = self.rest(after)
+            && self.is_held(&low)
         {
             let between_s = (here[here.len() - 1].to_s, rest.visits.first().map_or(0.0, |visit| visit.0));
-            self.add(own, rest, between_s);
+            self.add(low, rest, between_s);
         }
-        self.collect(behind);
+        self.collect(after);
     }
 
     fn add(&mut self, from: Rest, to: Rest, between_s: (f64, f64)) {
@@ -171,11 +170,11 @@ impl Search<'_> {
     /// All visits of a level among these.
     fn all(&self, visits: &[Visit], level: usize) -> Rest {
         let state = &self.levels[level];
-        let own = visits.iter().filter(|visit| visit.level == level);
+        let inside = visits.iter().filter(|visit| visit.level == level);
         Rest {
             level_w: state.mean_w,
             std_err_w: state.std_err_w,
-            visits: own.map(|visit| (visit.from_s, visit.to_s)).collect(),
+            visits: inside.map(|visit| (visit.from_s, visit.to_s)).collect(),
         }
     }
 }
@@ -189,8 +188,8 @@ fn wander(blocks: &[Block], visits: &[(f64, f64)]) -> f64 {
         let mut start = 0;
         for end in 0..inside.len() {
             if inside[end].to_s - inside[start].from_s >= WANDER_S {
-                let part = &inside[start..=end];
-                means.push(part.iter().map(|block| block.mean).sum::<f64>() / part.len() as f64);
+                let window = &inside[start..=end];
+                means.push(window.iter().map(|block| block.mean).sum::<f64>() / window.len() as f64);
                 start = end + 1;
             }
         }

@@ -1,5 +1,7 @@
-//! What to do next: what tells an effect from its rivals, and what to record where none explains
-//! what is seen.
+//! What to do next: what distinguishes an effect from its rivals, and what to record where none
+//! explains the residual.
+use std::collections::HashSet;
+
 use model::effects::{PITCH, PROCESSOR, find};
 
 use crate::refit;
@@ -12,27 +14,23 @@ pub fn shows_in(id: &str) -> Option<&'static str> {
     find(id).map(|entry| entry.shows_in)
 }
 
-/// What would part the named effects from those in a tie with them: an effect, and where it shows
-/// alone.
-pub fn parts(report: &Report) -> Vec<(String, &'static str)> {
+/// What would distinguish the named effects from those in a tie with them: an effect, and where it
+/// alone shows.
+pub fn distinguishing(report: &Report) -> Vec<(String, &'static str)> {
     let winners = report.effects.iter().map(|effect| effect.candidate.id.clone());
     let last = winners.rev().find(|id| !report.ambiguous_with.contains(id));
     let hypotheses = last.into_iter().chain(report.ambiguous_with.iter().cloned());
     hypotheses.filter_map(|id| shows_in(&id).map(|how| (id, how))).collect()
 }
 
-/// The cells whose mean residual surely is the greatest, by the end of its band; one an axis, the
-/// greatest first.
+/// The cells whose mean residual is surely the greatest, by the end of its band nearer to 0; one an
+/// axis, the greatest first.
 pub fn worst_cells(report: &Report, most: usize) -> Vec<&super::localise::Cell> {
     let mut cells: Vec<_> = report.localisation.iter().filter(|cell| cell.stands_out()).collect();
     let surely = |cell: &super::localise::Cell| cell.mean_residual_w.abs() - cell.band_w;
     cells.sort_by(|a, b| surely(b).total_cmp(&surely(a)));
-    let mut seen: Vec<&str> = Vec::new();
-    cells.retain(|cell| {
-        let new = !seen.contains(&cell.axis.as_str());
-        seen.push(&cell.axis);
-        new
-    });
+    let mut seen = HashSet::new();
+    cells.retain(|cell| seen.insert(&cell.axis));
     cells.truncate(most);
     cells
 }
@@ -89,7 +87,7 @@ pub fn next_steps(report: &Report) -> Vec<String> {
         Verdict::Named => {
             vec!["see whether the cause is what the name says, then add it to the model".to_owned()]
         }
-        Verdict::Ambiguous => parts(report).into_iter().map(|(id, how)| format!("{id}: {how}")).collect(),
+        Verdict::Ambiguous => distinguishing(report).into_iter().map(|(id, how)| format!("{id}: {how}")).collect(),
         Verdict::Unexplained => {
             let mut steps = Vec::new();
             if let Some(cell) = worst_cells(report, 1).first() {

@@ -72,7 +72,7 @@ pub(crate) fn report(verdict: Verdict) -> Report {
         likelihood: None,
         basis: Some(Basis {
             drive: Drive::Dissipative,
-            lag: 0.0,
+            clean_delay: 0.0,
             whitener: Whitener { coefficients: Vec::new() },
             std_w: 1.0,
             precision: DMatrix::zeros(0, 0),

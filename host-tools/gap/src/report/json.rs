@@ -1,5 +1,4 @@
-//! The answer as JSON: always these keys, watts and SI units; what is not known, or not finite, is
-//! null.
+//! The answer as JSON: always these keys, in SI units; null for what is unknown or not finite.
 
 use model::effects::{Sign, find};
 use serde_json::{Map, Value, json};
@@ -88,7 +87,7 @@ pub fn json(report: &Report, beside: Beside<'_>) -> Value {
     let gain = confirmed.gain_w2;
     let interval = gain.ends().map(|(low, high)| [low, high]);
     out.insert("gain_w2".to_owned(), json!({"mean": gain.mean, "interval": interval}));
-    let share = confirmed.share.map(|own| json!({"share": own.share, "interval": own.interval()}));
+    let share = confirmed.share.map(|shown| json!({"share": shown.share, "interval": shown.interval()}));
     out.insert("confirmed_share".to_owned(), json!(share));
     out.insert("simulation".to_owned(), beside.simulated.map_or(Value::Null, Simulated::json));
     out.insert("simulator".to_owned(), json!(beside.simulator));
@@ -106,21 +105,21 @@ pub fn json(report: &Report, beside: Beside<'_>) -> Value {
     Value::Object(out)
 }
 
-fn posterior(found: &Found) -> Value {
-    let effects = found.posterior.effects.iter();
+fn posterior(likelihood: &Found) -> Value {
+    let effects = likelihood.posterior.effects.iter();
     let effects: Map<String, Value> =
         effects.map(|cause| (cause.id.clone(), json!(cause.probability))).collect();
     json!({
-        "none": found.posterior.none,
-        "something_else": found.posterior.something_else,
+        "none": likelihood.posterior.none,
+        "something_else": likelihood.posterior.something_else,
         "effects": effects,
-        "relabelled": found.gate.map(|gate| gate.share),
-        "predictive": found.predictive.map(|own| json!({
-            "nats_a_run": own.mean,
-            "half_width": own.half_width,
-            "runs": own.count,
+        "relabelled": likelihood.gate.map(|gate| gate.share),
+        "predictive": likelihood.predictive.map(|gain| json!({
+            "nats_a_run": gain.mean,
+            "half_width": gain.half_width,
+            "runs": gain.count,
         })),
-        "notes": found.notes,
+        "notes": likelihood.notes,
     })
 }
 
@@ -183,23 +182,23 @@ mod tests {
             .filter_map(|line| line.split(' ').next())
             .collect();
         for verdict in [Verdict::None, Verdict::Named, Verdict::Ambiguous, Verdict::Unexplained] {
-            let found = json(&report(verdict), Beside::default());
-            let keys: Vec<&str> = found.as_object().unwrap().keys().map(String::as_str).collect();
+            let answer = json(&report(verdict), Beside::default());
+            let keys: Vec<&str> = answer.as_object().unwrap().keys().map(String::as_str).collect();
             assert_eq!(keys, documented);
         }
     }
 
     #[test]
     fn coefficients_are_numbers_and_what_is_not_finite_is_null() {
-        let found = json(&report(Verdict::Named), Beside::default());
-        for effect in found["effects"].as_array().unwrap() {
+        let answer = json(&report(Verdict::Named), Beside::default());
+        for effect in answer["effects"].as_array().unwrap() {
             assert!(effect["coefficient"].is_f64() && effect["std_err"].is_f64(), "{effect}");
             assert!(effect["meaning"].as_str().unwrap().contains(' '), "{effect}");
         }
         // Four runs with an error of their own: the greatest, and all.
-        assert_eq!(found["effects"][2]["coefficient"], 0.12);
-        assert_eq!(found["effects"][2]["detail"]["coefficients"].as_array().unwrap().len(), 4);
-        assert!(found["rounds"][0]["candidates"][0]["coefficients"][0].is_null());
+        assert_eq!(answer["effects"][2]["coefficient"], 0.12);
+        assert_eq!(answer["effects"][2]["detail"]["coefficients"].as_array().unwrap().len(), 4);
+        assert!(answer["rounds"][0]["candidates"][0]["coefficients"][0].is_null());
         assert!(json(&report(Verdict::Unexplained), Beside::default())["gap_closed"].is_null());
     }
 }

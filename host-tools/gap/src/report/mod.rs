@@ -1,4 +1,4 @@
-//! What was found, for scripts, on one screen and as a page.
+//! The answer for scripts, on one screen, and as a page.
 
 pub mod advice;
 #[cfg(test)]
@@ -26,7 +26,7 @@ use residuals::thresholds::detect::STRUCTURE;
 use residuals::twin::State;
 use residuals::types::{Named, Round, Verdict};
 
-/// All that was found.
+/// The answer and what led to it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Report {
     /// The answer.
@@ -42,7 +42,7 @@ pub struct Report {
     /// Where the residual lies before anything is added, and after: open and locked runs together.
     pub localisation: Vec<Cell>,
     /// Measured less predicted power, W, of every run before, and after where effects stand: of
-    /// open runs as they were fitted, of locked runs as they were confirmed.
+    /// open runs from the fit, of locked runs from the confirmation.
     pub residuals: (Signal, Option<Signal>),
     /// On the locked runs.
     pub confirmed: Confirmed,
@@ -53,26 +53,25 @@ pub struct Report {
     pub covariance: Option<DMatrix<f64>>,
     /// The split.
     pub split: Split,
-    /// The scatter of what is left against that of clean runs.
+    /// The scatter of the residual relative to that of clean runs.
     pub over_dispersion: Option<OverDispersion>,
-    /// The most structure, |z|, that clean runs show of each other; `None` where they are too few
-    /// to tell.
+    /// Structure, |z|, that clean runs show of each other; `None` for too few of them.
     pub clean_structure: Option<f64>,
     /// Terms that the clean runs ask for and the base lacks: nothing is named before it is
     /// refitted.
     pub refit: Vec<Judged>,
     /// Base before, and after.
     pub base: [TorqueModel<f64>; 2],
-    /// Rivals of each round that ended in a tie, the winner first, each in all ways in which it may
+    /// Rivals of each round that ended in a tie, the winner first, in all ways in which each may
     /// show.
     pub ties: Vec<Vec<Rival>>,
     /// What predictions rest on.
     pub basis: Option<Basis>,
-    /// Probabilities of causes, where the one likelihood was asked.
+    /// Probabilities of causes, with the likelihood engine.
     pub likelihood: Option<likelihood::Found>,
 }
 
-/// One of those that explain a gap about as well.
+/// One of several hypotheses that explain a gap about as well.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rival {
     /// What it is.
@@ -86,18 +85,18 @@ pub struct Rival {
 pub struct Basis {
     /// Whether the drives clamp.
     pub drive: Drive,
-    /// By how much power is later than speed in clean runs already, s.
-    pub lag: f64,
-    /// Takes the memory of the noise away.
+    /// Delay of power after speed in clean runs, s.
+    pub clean_delay: f64,
+    /// Autoregression of the noise.
     pub whitener: Whitener,
     /// Standard deviation of the whitened noise, W.
     pub std_w: f64,
-    /// How surely the base's own fit knows it: the inverse of its covariance.
+    /// Inverse of the covariance of the base's fit.
     pub precision: DMatrix<f64>,
 }
 
 impl Report {
-    /// Whether it is about logs that do not say how the robot moved.
+    /// Whether the logs hold power only.
     pub fn is_power_only(&self) -> bool {
         self.basis.is_none()
     }

@@ -20,7 +20,7 @@ const CELLS: usize = 3;
 /// Effects that are said in full.
 const EFFECTS: usize = 3;
 
-/// Ties for which it is said what would part them.
+/// Ties that are listed with what would distinguish them.
 const PARTED: usize = 4;
 
 /// The summary.
@@ -31,12 +31,12 @@ pub fn text(report: &Report) -> String {
     for named in report.effects.iter().take(EFFECTS) {
         say(2, &effect(named));
     }
-    if let Some(found) = &report.likelihood {
-        say(0, &probabilities(found));
-        if let Some(own) = &found.predictive {
-            say(0, &confirmed(own));
+    if let Some(likelihood) = &report.likelihood {
+        say(0, &probabilities(likelihood));
+        if let Some(gain) = &likelihood.predictive {
+            say(0, &confirmed(gain));
         }
-        for note in &found.notes {
+        for note in &likelihood.notes {
             say(2, note);
         }
     }
@@ -72,14 +72,14 @@ pub fn text(report: &Report) -> String {
 }
 
 /// How probable each cause is, the likeliest first; those of less than 1 % together.
-fn probabilities(found: &Found) -> String {
-    let posterior = &found.posterior;
+fn probabilities(likelihood: &Found) -> String {
+    let posterior = &likelihood.posterior;
     let likely = posterior.effects.iter().filter(|cause| cause.probability >= 0.01);
     let mut all: Vec<(&str, f64)> = likely.map(|cause| (cause.id.as_str(), cause.probability)).collect();
     all.extend([("nothing new", posterior.none), ("something else", posterior.something_else)]);
     all.sort_by(|a, b| b.1.total_cmp(&a.1));
     let each = all.iter().map(|(name, probability)| format!("{name} {:.1} %", 100.0 * probability));
-    let gate = found.gate.map_or(String::new(), |gate| {
+    let gate = likelihood.gate.map_or(String::new(), |gate| {
         format!(
             "; {:.1} % of relabelled sets show as much, {:.1} % are allowed",
             100.0 * gate.share,
@@ -89,7 +89,7 @@ fn probabilities(found: &Found) -> String {
     format!("Probability: {}{gate}.", each.collect::<Vec<_>>().join(", "))
 }
 
-/// What the runs say of each other.
+/// How well the runs predict each other.
 fn confirmed(predictive: &MeanInterval) -> String {
     let MeanInterval { mean, half_width, count, .. } = predictive;
     let interval = half_width.map_or(String::new(), |half| format!(" ± {half:.1}"));
@@ -187,7 +187,7 @@ fn digits(value: f64) -> String {
     words::watts(value).trim_end_matches(" W").to_owned()
 }
 
-/// The noise floor; where it was held at what is left, what was estimated, too.
+/// The noise floor; with the estimate where the gap that remains is below that.
 pub(super) fn floor(report: &Report) -> String {
     let floor = words::watts(report.confirmed.floor_w);
     estimated(report).map_or_else(
@@ -196,7 +196,7 @@ pub(super) fn floor(report: &Report) -> String {
     )
 }
 
-/// What a tile with the noise floor says below it.
+/// Label of a tile with the noise floor.
 pub(super) fn floor_label(report: &Report) -> String {
     estimated(report)
         .map_or("noise floor".to_owned(), |estimated| format!("noise floor (estimated {estimated})"))
@@ -232,7 +232,7 @@ fn wrapped(indent: usize, text: &str) -> Vec<String> {
         if !empty {
             line.push(' ');
         }
-        // A word that no line holds is cut: a screen is a screen.
+        // A word longer than a line is cut.
         line.extend(word.chars().take(COLUMNS - indent - 2));
         empty = false;
     }

@@ -1,4 +1,4 @@
-//! A nominal plant becomes this robot's: some of its physical parameters, fitted to runs without
+//! Calibrates a nominal plant to this robot: some physical parameters, fitted to runs without
 //! effects.
 
 use logs::robot::chassis::Chassis;
@@ -8,7 +8,7 @@ use plant::body::Wheel;
 use serde_json::{Map, Value, json};
 use support::error::Result;
 
-use super::filter::Behind;
+use super::filter::PowerFilter;
 use super::in_parallel;
 use super::search::squares;
 use super::track::{Followed, Follower};
@@ -24,11 +24,11 @@ struct Knob {
     of: fn(&mut Wheel) -> &mut f64,
     /// The least and the greatest value.
     range: (f64, f64),
-    /// Where a set has none of it: what a small robot may have.
+    /// Typical value, for sets with a value of zero.
     typical: f64,
 }
 
-/// Winding, friction, inertia and gear: what makers' figures leave open.
+/// Winding, friction, inertia and gear: makers' figures leave them open.
 const KNOBS: [Knob; 6] = [
     Knob {
         name: "resistance_ohm",
@@ -60,12 +60,12 @@ impl Follower {
     /// # Errors
     /// As [`Follower::follow`].
     pub fn calibrate(&mut self, robot: &Chassis, runs: &[RawRun]) -> Result<()> {
-        let behind = Behind::new(robot, runs)?;
+        let filter = PowerFilter::new(robot, runs)?;
         let scales = KNOBS.map(|knob| {
             let nominal = *(knob.of)(&mut self.machine.wheels[0].clone());
             if nominal > 0.0 { nominal } else { knob.typical }
         });
-        let mut best = self.try_on(robot, runs, &behind)?;
+        let mut best = self.try_on(robot, runs, &filter)?;
         for _ in 0..FIT_STEPS {
             let now = self.knobs();
             let mut slopes = Vec::new();
@@ -74,7 +74,7 @@ impl Follower {
                 // Into the range, whichever end the parameter may be at.
                 let step = if now[place] + NUDGE * scale <= knob.range.1 { NUDGE } else { -NUDGE };
                 nudged.set(place, now[place] + step * scale);
-                let there = behind.residual(&nudged.power(robot, runs, self.lag_s)?)?;
+                let there = filter.residual(&nudged.power(robot, runs, self.delay_s)?)?;
                 slopes.push(DVector::from_iterator(
                     best.residual.len(),
                     best.residual.iter().zip(&there).map(|(now, there)| (now - there) / step),
@@ -87,7 +87,7 @@ impl Follower {
                 for (place, by) in step.iter().enumerate() {
                     tried.set(place, now[place] + share * by * scales[place]);
                 }
-                let fit = tried.try_on(robot, runs, &behind)?;
+                let fit = tried.try_on(robot, runs, &filter)?;
                 if fit.loss < best.loss {
                     moved = Some((tried, fit));
                     break;
@@ -103,8 +103,8 @@ impl Follower {
         Ok(())
     }
 
-    /// The step of Gauss and Newton in units of the scales, held to the set's own values where the
-    /// runs do not tell.
+    /// The Gauss–Newton step in units of the scales. It holds to the set's values where the runs do
+    /// not determine a parameter.
     fn step(
         &self,
         residual: &[f64],
@@ -126,31 +126,31 @@ impl Follower {
         Some(matrix.cholesky()?.solve(&right))
     }
 
-    /// Residual at the lag that suits best, which the follower takes over.
-    fn try_on(&mut self, robot: &Chassis, runs: &[RawRun], behind: &Behind) -> Result<Fit> {
+    /// Residual at the best delay, which the follower takes over.
+    fn try_on(&mut self, robot: &Chassis, runs: &[RawRun], filter: &PowerFilter) -> Result<Fit> {
         let followed = self.follow_all(robot, runs)?;
         let period = runs.first().map_or(0.0, |run| run.period_s);
-        let at = |lag: f64| -> Result<Fit> {
+        let at = |delay: f64| -> Result<Fit> {
             let power: Vec<Vec<f64>> =
-                runs.iter().zip(&followed).map(|(run, followed)| followed.power(run, lag)).collect();
-            let residual = behind.residual(&power)?;
+                runs.iter().zip(&followed).map(|(run, followed)| followed.power(run, delay)).collect();
+            let residual = filter.residual(&power)?;
             Ok(Fit { loss: squares(&residual), residual })
         };
-        let mut best = (self.lag_s, at(self.lag_s)?);
+        let mut best = (self.delay_s, at(self.delay_s)?);
         // Downhill in ever finer steps.
         let mut step = 0.5 * period;
         while step >= DELAY_STEP_ROWS * period {
-            for lag in [best.0 - step, best.0 + step] {
-                if lag.abs() <= MOST_DELAY_ROWS * period {
-                    let fit = at(lag)?;
+            for delay in [best.0 - step, best.0 + step] {
+                if delay.abs() <= MOST_DELAY_ROWS * period {
+                    let fit = at(delay)?;
                     if fit.loss < best.1.loss {
-                        best = (lag, fit);
+                        best = (delay, fit);
                     }
                 }
             }
             step *= 0.5;
         }
-        self.lag_s = best.0;
+        self.delay_s = best.0;
         Ok(best.1)
     }
 
@@ -158,9 +158,9 @@ impl Follower {
         in_parallel(runs, |_, run| self.follow(robot, run, &[]))
     }
 
-    fn power(&self, robot: &Chassis, runs: &[RawRun], lag: f64) -> Result<Vec<Vec<f64>>> {
+    fn power(&self, robot: &Chassis, runs: &[RawRun], delay: f64) -> Result<Vec<Vec<f64>>> {
         let followed = self.follow_all(robot, runs)?;
-        Ok(runs.iter().zip(&followed).map(|(run, followed)| followed.power(run, lag)).collect())
+        Ok(runs.iter().zip(&followed).map(|(run, followed)| followed.power(run, delay)).collect())
     }
 
     fn knobs(&self) -> [f64; KNOBS.len()] {
@@ -178,7 +178,7 @@ impl Follower {
     /// The fitted parameters, for people and scripts.
     pub fn parameters(&self) -> Map<String, Value> {
         let values = KNOBS.iter().zip(self.knobs()).map(|(knob, value)| (knob.name.to_owned(), json!(value)));
-        values.chain([("lag_s".to_owned(), json!(self.lag_s))]).collect()
+        values.chain([("lag_s".to_owned(), json!(self.delay_s))]).collect()
     }
 }
 

@@ -1,19 +1,19 @@
-//! Measured and simulated power behind the same filter.
+//! Measured and simulated power after the same filter.
 
 use logs::robot::chassis::Chassis;
 use logs::runs::{RawRun, Runs};
 use support::error::Result;
 
-/// Runs as measured, with all that is needed to put another power in place of the measured one.
+/// Measured runs whose power can be replaced by another.
 #[derive(Debug)]
-pub struct Behind<'a> {
+pub struct PowerFilter<'a> {
     robot: &'a Chassis,
     raw: &'a [RawRun],
     /// As measured.
     pub measured: Runs,
 }
 
-impl<'a> Behind<'a> {
+impl<'a> PowerFilter<'a> {
     /// Conditions runs.
     ///
     /// # Errors
@@ -22,8 +22,8 @@ impl<'a> Behind<'a> {
         Ok(Self { robot, raw, measured: Runs::condition(robot, raw.to_vec())? })
     }
 
-    /// Another power, W, one vector a run and a value a row of the log, as the filter passes it: a
-    /// value a row of [`measured`](Self::measured).
+    /// Another power, W, after the filter: a value a row of [`measured`](Self::measured). `power`:
+    /// a vector a run, a value a row of the log.
     ///
     /// # Errors
     /// As [`Runs::condition`].

@@ -1,9 +1,9 @@
 //! The simulation's side: the plant driven along the measured wheel speeds, before and after the
 //! named effect is added to it.
 //!
-//! The plant shares no formula with the model. It is calibrated on runs without effects, gets the
-//! effect as a physical cause whose size is searched for on the open runs, and has to come closer
-//! to the locked ones.
+//! The plant shares no formula with the model. It is calibrated on runs without effects and gets
+//! the effect as a physical cause. The size of the cause is fitted to the open runs; the locked
+//! runs then have to come closer.
 
 pub mod calibrate;
 pub mod filter;
@@ -23,7 +23,7 @@ use plant::PlantSet;
 use serde_json::{Map, Value, json};
 use support::error::Result;
 
-use self::filter::Behind;
+use self::filter::PowerFilter;
 use self::search::squares;
 use self::track::Follower;
 use super::confirm;
@@ -54,34 +54,6 @@ pub struct Missing {
     pub reason: String,
 }
 
-/// One run, after the common filter: a value a row.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Trace {
-    /// Its name.
-    pub name: String,
-    /// Whether it was locked.
-    pub locked: bool,
-    /// Time since its start, s.
-    pub time_s: Vec<f64>,
-    /// Measured power, W.
-    pub measured_w: Vec<f64>,
-    /// Simulated power without effects, W.
-    pub before_w: Vec<f64>,
-    /// Simulated power with them, W.
-    pub after_w: Vec<f64>,
-}
-
-impl Trace {
-    /// Root mean square of measured less simulated power before and after, W.
-    pub fn gap_w(&self) -> (f64, f64) {
-        let gap = |simulated: &[f64]| {
-            let sum: f64 = self.measured_w.iter().zip(simulated).map(|(m, s)| (m - s).powi(2)).sum();
-            (sum / self.measured_w.len().max(1) as f64).sqrt()
-        };
-        (gap(&self.before_w), gap(&self.after_w))
-    }
-}
-
 /// What the simulation says.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Simulated {
@@ -91,10 +63,10 @@ pub struct Simulated {
     pub parameters: Map<String, Value>,
     /// Runs that they were fitted to.
     pub calibrated_on: Vec<String>,
-    /// Root mean square of measured less simulated power on them, W: what the plant gets wrong
-    /// without any effect.
+    /// Root mean square of measured less simulated power on them, W: the plant's error without
+    /// effects.
     pub calibrated_w: f64,
-    /// How far the plant's wheels were off the recorded speeds, as a share of these: the worst run.
+    /// Error of the plant's wheel speeds as a share of the recorded ones: the worst run.
     pub missed: f64,
     /// Effects added.
     pub effects: Vec<Acting>,
@@ -104,8 +76,8 @@ pub struct Simulated {
     pub before_w: f64,
     /// The same with them.
     pub after_w: f64,
-    /// The part of it that nothing removes, W: the model's noise floor with what the plant gets
-    /// wrong without any effect.
+    /// The part of it that nothing removes, W: the model's noise floor, or the plant's error
+    /// without effects if that is greater.
     pub floor_w: f64,
     /// Share of the gap that is closed; `None` without effects.
     pub closed: Option<f64>,
@@ -113,8 +85,8 @@ pub struct Simulated {
     pub cells_before: Vec<Cell>,
     /// And with them.
     pub cells_after: Vec<Cell>,
-    /// All runs, in the order of the command line.
-    pub runs: Vec<Trace>,
+    /// All runs, in the order of the command line: measured, and simulated before and after.
+    pub runs: Vec<Course>,
 }
 
 /// Runs the plant along the runs that were investigated.
@@ -135,18 +107,18 @@ pub fn simulate(
     follower.calibrate(chassis, calibration)?;
     let calibrated_w = gap(chassis, &follower, calibration)?;
 
-    let behind = Behind::new(chassis, raw)?;
+    let filter = PowerFilter::new(chassis, raw)?;
     let mut missed = 0.0_f64;
     let none = drive(&follower, chassis, raw, |_| Ok(Vec::new()), &mut missed)?;
-    let before = behind.filtered(&none)?;
+    let before = filter.filtered(&none)?;
     let lightest_kg =
         raw.iter().flat_map(|run| &run.rows).map(|(_, _, mass, _)| *mass).fold(f64::INFINITY, f64::min);
-    let (mut parts, mut not_simulated): (Vec<(Part, f64)>, Vec<Missing>) = Default::default();
+    let (mut causes, mut not_simulated): (Vec<(Part, f64)>, Vec<Missing>) = Default::default();
     let stands = matches!(report.verdict, Verdict::Named | Verdict::Ambiguous);
-    let locked_times = locked_times(&behind, report);
+    let locked_times = locked_times(&filter, report);
     let mut ids = Vec::new();
     for named in report.effects.iter().filter(|_| stands) {
-        let own = named.candidate.regressors.iter().find_map(|regressor| match regressor {
+        let times = named.candidate.regressors.iter().find_map(|regressor| match regressor {
             Regressor::Switch(what, _) => locked_times.iter().find(|(other, _)| other == what),
             _ => None,
         });
@@ -154,31 +126,31 @@ pub fn simulate(
             open: &report.split.open,
             locked: &report.split.locked,
             runs: raw.len(),
-            locked_times: own.map(|(_, times)| &times[..]),
+            locked_times: times.map(|(_, times)| &times[..]),
             rolling: follower.machine.wheels[0].rolling_resistance,
             lightest_kg,
         };
         let finding =
             Finding { candidate: &named.candidate, coefficients: &named.coefficients, scene: &scene };
         match cause(&finding)? {
-            Ok(part) => {
+            Ok(cause) => {
                 ids.push(named.candidate.id.clone());
-                parts.push((part, 0.0));
+                causes.push((cause, 0.0));
             }
             Err(reason) => not_simulated.push(Missing { id: named.candidate.id.clone(), reason }),
         }
     }
-    find_sizes(&follower, chassis, raw, report, &mut parts)?;
+    find_sizes(&follower, chassis, raw, report, &mut causes)?;
     let acting = |run: usize| -> Result<Vec<_>> {
-        Ok(parts.iter().map(|(part, size)| part.in_run(*size, run)).collect::<Result<Vec<_>>>()?.concat())
+        Ok(causes.iter().map(|(cause, size)| cause.in_run(*size, run)).collect::<Result<Vec<_>>>()?.concat())
     };
-    let after = if parts.is_empty() {
+    let after = if causes.is_empty() {
         before.clone()
     } else {
-        behind.filtered(&drive(&follower, chassis, raw, acting, &mut missed)?)?
+        filter.filtered(&drive(&follower, chassis, raw, acting, &mut missed)?)?
     };
 
-    let locked = behind.measured.subset(&report.split.locked);
+    let locked = filter.measured.subset(&report.split.locked);
     let residual = |simulated: &[Vec<f64>]| -> Vec<Vec<f64>> {
         let runs = locked.runs.iter().zip(&report.split.locked);
         runs.map(|(run, &place)| {
@@ -186,27 +158,28 @@ pub fn simulate(
         })
         .collect()
     };
-    let (left_before, left_after) = (residual(&before), residual(&after));
-    let mean = |left: &[Vec<f64>]| {
-        left.iter().map(|run| squares(run)).sum::<f64>()
-            / left.iter().map(Vec::len).sum::<usize>().max(1) as f64
+    let (residual_before, residual_after) = (residual(&before), residual(&after));
+    let mean = |residual: &[Vec<f64>]| {
+        residual.iter().map(|run| squares(run)).sum::<f64>()
+            / residual.iter().map(Vec::len).sum::<usize>().max(1) as f64
     };
-    let (before_w2, after_w2) = (mean(&left_before), mean(&left_after));
-    // What the plant gets wrong on runs without effects is no effect's; of runs that may have one
-    // it says nothing.
-    let own_w2 = if clean.is_some() { calibrated_w.powi(2) } else { 0.0 };
-    let floor_w2 = report.confirmed.floor_w.powi(2).max(own_w2).min(after_w2);
+    let (before_w2, after_w2) = (mean(&residual_before), mean(&residual_after));
+    // The plant's error on clean runs belongs to no effect. Without clean runs that error is
+    // unknown.
+    let plant_w2 = if clean.is_some() { calibrated_w.powi(2) } else { 0.0 };
+    let floor_w2 = report.confirmed.floor_w.powi(2).max(plant_w2).min(after_w2);
     let effects: Vec<Acting> = ids
         .into_iter()
-        .zip(&parts)
-        .map(|(id, (part, size))| {
-            let unit = part.effects.first().map_or("", |effect| effect.entry().unit);
+        .zip(&causes)
+        .map(|(id, (cause, size))| {
+            let unit = cause.effects.first().map_or("", |effect| effect.entry().unit);
             Acting { id, size: *size, unit }
         })
         .collect();
+    let has_effects = !effects.is_empty();
     let to_close = before_w2 - floor_w2;
-    let closed = (!effects.is_empty() && to_close > 0.0).then(|| (before_w2 - after_w2) / to_close);
-    let traces = behind.measured.runs.iter().zip(before).zip(after).enumerate();
+    let closed = (has_effects && to_close > 0.0).then(|| (before_w2 - after_w2) / to_close);
+    let traces = filter.measured.runs.iter().zip(before).zip(after).enumerate();
     Ok(Simulated {
         plant: set,
         parameters: follower.parameters(),
@@ -219,16 +192,16 @@ pub fn simulate(
         after_w: after_w2.sqrt(),
         floor_w: floor_w2.sqrt(),
         closed,
-        cells_before: localise::cells(&locked, &left_before),
-        cells_after: localise::cells(&locked, &left_after),
+        cells_before: localise::cells(&locked, &residual_before),
+        cells_after: localise::cells(&locked, &residual_after),
         runs: traces
-            .map(|(place, ((run, before_w), after_w))| Trace {
+            .map(|(place, ((run, before_w), after_w))| Course {
                 name: run.name.clone(),
                 locked: report.split.locked.contains(&place),
                 time_s: run.rows.iter().map(|row| row.time).collect(),
                 measured_w: run.rows.iter().map(|row| row.power).collect(),
                 before_w,
-                after_w,
+                after_w: has_effects.then_some(after_w),
             })
             .collect(),
     })
@@ -240,44 +213,44 @@ fn find_sizes(
     chassis: &Chassis,
     raw: &[RawRun],
     report: &Report,
-    parts: &mut [(Part, f64)],
+    causes: &mut [(Part, f64)],
 ) -> Result<()> {
     let places = &report.split.open;
     let open: Vec<RawRun> = places.iter().map(|&place| raw[place].clone()).collect();
-    let behind = Behind::new(chassis, &open)?;
+    let filter = PowerFilter::new(chassis, &open)?;
     let measured: Vec<f64> =
-        behind.measured.runs.iter().flat_map(|run| &run.rows).map(|row| row.power).collect();
-    let rounds = if parts.len() > 1 { 2 } else { 1 };
+        filter.measured.runs.iter().flat_map(|run| &run.rows).map(|row| row.power).collect();
+    let rounds = if causes.len() > 1 { 2 } else { 1 };
     for _ in 0..rounds {
-        for own in 0..parts.len() {
+        for searched in 0..causes.len() {
             let power = |size: f64| -> Result<Vec<f64>> {
                 let effects = |run: usize| -> Result<Vec<_>> {
                     let mut all = Vec::new();
-                    for (place, (part, at)) in parts.iter().enumerate() {
-                        all.extend(part.in_run(if place == own { size } else { *at }, places[run])?);
+                    for (place, (cause, at)) in causes.iter().enumerate() {
+                        all.extend(cause.in_run(if place == searched { size } else { *at }, places[run])?);
                     }
                     Ok(all)
                 };
                 let power = drive(follower, chassis, &open, effects, &mut 0.0)?;
-                Ok(behind.filtered(&power)?.concat())
+                Ok(filter.filtered(&power)?.concat())
             };
             let without = power(0.0)?;
-            let (size, _) = search::size(power, &measured, &without, parts[own].0.range)?;
-            parts[own].1 = size;
+            let (size, _) = search::size(power, &measured, &without, causes[searched].0.range)?;
+            causes[searched].1 = size;
         }
     }
     Ok(())
 }
 
-/// Times of steps in the locked runs, where they are the runs' own.
-fn locked_times(behind: &Behind<'_>, report: &Report) -> Vec<(Switched, Arc<[f64]>)> {
-    let locked = behind.measured.subset(&report.split.locked);
+/// Times of steps in the locked runs, for steps at a time per run.
+fn locked_times(filter: &PowerFilter<'_>, report: &Report) -> Vec<(Switched, Arc<[f64]>)> {
+    let locked = filter.measured.subset(&report.split.locked);
     let Some(basis) = &report.basis else { return Vec::new() };
-    let twin = Twin { clean_delay: basis.lag, ..Twin::new(&locked, basis.drive) };
+    let twin = Twin { clean_delay: basis.clean_delay, ..Twin::new(&locked, basis.drive) };
     let common =
         report.state.effects.iter().filter(|(regressor, _)| matches!(regressor, Regressor::Switch(..)));
     let switches: Vec<(Regressor, f64)> = common.cloned().collect();
-    let timed = confirm::with_own_times(&twin, report.state.torque, switches);
+    let timed = confirm::with_run_times(&twin, report.state.torque, switches);
     let times = timed.into_iter().filter_map(|(regressor, _)| match regressor {
         Regressor::Switch(what, times) => Some((what, times)),
         _ => None,
@@ -296,14 +269,14 @@ fn drive(
 ) -> Result<Vec<Vec<f64>>> {
     let followed = in_parallel(runs, |place, run| follower.follow(chassis, run, &effects(place)?))?;
     *missed = followed.iter().map(|followed| followed.missed).fold(*missed, f64::max);
-    Ok(runs.iter().zip(&followed).map(|(run, followed)| followed.power(run, follower.lag_s)).collect())
+    Ok(runs.iter().zip(&followed).map(|(run, followed)| followed.power(run, follower.delay_s)).collect())
 }
 
 /// Root mean square of measured less simulated power of runs without effects, W.
 fn gap(chassis: &Chassis, follower: &Follower, runs: &[RawRun]) -> Result<f64> {
     let power = drive(follower, chassis, runs, |_| Ok(Vec::new()), &mut 0.0)?;
-    let left = Behind::new(chassis, runs)?.residual(&power)?;
-    Ok((squares(&left) / left.len().max(1) as f64).sqrt())
+    let residual = PowerFilter::new(chassis, runs)?.residual(&power)?;
+    Ok((squares(&residual) / residual.len().max(1) as f64).sqrt())
 }
 
 /// Works on runs on two threads.
@@ -312,12 +285,12 @@ fn in_parallel<T: Send>(
     work: impl Fn(usize, &RawRun) -> Result<T> + Sync,
 ) -> Result<Vec<T>> {
     let half = runs.len() / 2;
-    let (left, right) = runs.split_at(half);
+    let (first, second) = runs.split_at(half);
     let work = &work;
     thread::scope(|scope| {
-        let other = scope.spawn(move || (0..).zip(left).map(|(k, run)| work(k, run)).collect::<Vec<_>>());
-        let own: Vec<_> = (half..).zip(right).map(|(k, run)| work(k, run)).collect();
-        other.join().unwrap_or_else(|panic| resume_unwind(panic)).into_iter().chain(own).collect()
+        let other = scope.spawn(move || (0..).zip(first).map(|(k, run)| work(k, run)).collect::<Vec<_>>());
+        let here: Vec<_> = (half..).zip(second).map(|(k, run)| work(k, run)).collect();
+        other.join().unwrap_or_else(|panic| resume_unwind(panic)).into_iter().chain(here).collect()
     })
 }
 
@@ -338,7 +311,8 @@ impl Simulated {
             .runs
             .iter()
             .map(|run| {
-                let (before, after) = run.gap_w();
+                let (before, after) = run.gaps();
+                let after = after.unwrap_or(before);
                 json!({"run": run.name, "locked": run.locked, "gap_before_w": before, "gap_after_w": after})
             })
             .collect();
@@ -362,21 +336,13 @@ impl Simulated {
 
     /// As the page shows it.
     pub fn picture(&self) -> page::Simulated {
-        let courses = self.runs.iter().map(|run| Course {
-            name: run.name.clone(),
-            locked: run.locked,
-            time_s: run.time_s.clone(),
-            measured_w: run.measured_w.clone(),
-            before_w: run.before_w.clone(),
-            after_w: (!self.effects.is_empty()).then(|| run.after_w.clone()),
-        });
         let after = self.cells_after.iter().map(Some).chain(std::iter::repeat(None));
         let cells = self.cells_before.iter().zip(after).map(|(before, after)| Cell {
             mean_after_w: after.map(|after| after.mean_residual_w),
             band_after_w: after.map(|after| after.band_w),
             ..before.clone()
         });
-        page::Simulated { text: vec![self.line()], courses: courses.collect(), cells: cells.collect() }
+        page::Simulated { text: vec![self.line()], courses: self.runs.clone(), cells: cells.collect() }
     }
 
     /// One line for the terminal.

@@ -1,13 +1,11 @@
-//! The size of a cause in the plant, found on the open runs: the one with which the simulation's
-//! gap is least.
+//! The size of a cause in the plant: the one with the least gap of the simulated open runs.
 
 use support::error::Result;
 
 use residuals::thresholds::simulation::{FIRST_SIZE, SAME_SIZE, SIZE_STEPS};
 
-/// Searches a size within a range by secants: what the last change of size changed in the power
-/// says how far the next has to go. `power` gives the simulated power of all runs, `now` is that
-/// without the cause.
+/// Searches a size within a range by secants: the change of power with the last step sets the next.
+/// `power` gives the simulated power of all runs, `now` is that without the cause.
 ///
 /// # Errors
 /// What the plant refuses.
@@ -17,13 +15,13 @@ pub fn size(
     now: &[f64],
     (low, high): (f64, f64),
 ) -> Result<(f64, Vec<f64>)> {
-    let left = |power: &[f64]| -> Vec<f64> { measured.iter().zip(power).map(|(m, p)| m - p).collect() };
+    let residual = |power: &[f64]| -> Vec<f64> { measured.iter().zip(power).map(|(m, p)| m - p).collect() };
     let mut best = (0.0, now.to_vec());
     let mut last = best.clone();
     let mut size = (FIRST_SIZE * high).clamp(low, high);
     for _ in 0..SIZE_STEPS {
         let there = power(size)?;
-        if squares(&left(&there)) < squares(&left(&best.1)) {
+        if squares(&residual(&there)) < squares(&residual(&best.1)) {
             best = (size, there.clone());
         }
         let slope: Vec<f64> = there.iter().zip(&last.1).map(|(t, l)| (t - l) / (size - last.0)).collect();
@@ -31,7 +29,7 @@ pub fn size(
         if steep <= 0.0 {
             break;
         }
-        let along: f64 = left(&there).iter().zip(&slope).map(|(r, s)| r * s).sum();
+        let along: f64 = residual(&there).iter().zip(&slope).map(|(r, s)| r * s).sum();
         let next = (size + along / steep).clamp(low, high);
         last = (size, there);
         if (next - size).abs() <= SAME_SIZE * next.abs().max(size.abs()) {
@@ -62,12 +60,12 @@ mod tests {
             runs += 1;
             Ok(at(s))
         };
-        let (found, there) = size(&mut power, &at(-1.3), &at(0.0), (-2.0, 2.0)).unwrap();
-        assert!((found + 1.3).abs() < 0.005, "{found}");
-        assert_eq!(there, at(found));
+        let (best, there) = size(&mut power, &at(-1.3), &at(0.0), (-2.0, 2.0)).unwrap();
+        assert!((best + 1.3).abs() < 0.005, "{best}");
+        assert_eq!(there, at(best));
         assert!(runs <= 6);
         // An end of the range stops it.
-        let (found, _) = size(|s| Ok(at(s)), &at(-1.3), &at(0.0), (0.0, 2.0)).unwrap();
-        assert!(found.abs() < 1e-12, "{found}");
+        let (best, _) = size(|s| Ok(at(s)), &at(-1.3), &at(0.0), (0.0, 2.0)).unwrap();
+        assert!(best.abs() < 1e-12, "{best}");
     }
 }

@@ -1,4 +1,4 @@
-//! The plant along the wheel speeds that were recorded: what it would have drawn.
+//! The power that the plant draws along the recorded wheel speeds.
 
 use logs::robot::chassis::{Chassis, PerWheel};
 use logs::robot::{Geometry, Robot};
@@ -20,8 +20,8 @@ pub struct Follower {
     pub machine: Machine,
     /// The motors' drives.
     pub drive: Drive,
-    /// By how much the log's power is later than its speeds, s.
-    pub lag_s: f64,
+    /// Delay of the log's power after its speeds, s.
+    pub delay_s: f64,
 }
 
 /// What the plant did along a run.
@@ -32,8 +32,7 @@ pub struct Followed {
     energy_j: Vec<f64>,
     /// By how much plant time is ahead of the log's, s.
     lead_s: f64,
-    /// Root mean square of what the plant's wheels missed of the recorded speeds, as a share of
-    /// these.
+    /// Root mean square error of the plant's wheel speeds, as a share of the recorded ones.
     pub missed: f64,
 }
 
@@ -71,7 +70,7 @@ impl Follower {
         machine.gyration_radius_m = robot.gyration_radius_m();
         machine.loop_noise_rad_s = 0.0;
         let drive = Drive { regeneration: robot.regeneration(), ..Drive::default() };
-        Ok(Self { machine, drive, lag_s: 0.0 })
+        Ok(Self { machine, drive, delay_s: 0.0 })
     }
 
     /// Drives along a run with effects in the plant.
@@ -118,8 +117,8 @@ impl Follower {
             while let Some(((time, ..), speed)) = next.peek()
                 && time - start + lead_s <= sample.time_s
             {
-                for (wanted, found) in speed.iter().zip(sample.wheel_rad_s) {
-                    missed += (wanted - found).powi(2);
+                for (wanted, driven) in speed.iter().zip(sample.wheel_rad_s) {
+                    missed += (wanted - driven).powi(2);
                     asked += wanted * wanted;
                 }
                 next.next();
@@ -133,7 +132,7 @@ impl Follower {
 impl Followed {
     /// Power at every row of the run, W: the mean over a sample period about it, as a sensor
     /// averages; `lag_s` later.
-    pub fn power(&self, run: &RawRun, lag_s: f64) -> Vec<f64> {
+    pub fn power(&self, run: &RawRun, delay_s: f64) -> Vec<f64> {
         let start = run.rows.first().map_or(0.0, |row| row.0);
         let energy = |time: f64| {
             let place = (time / STEP_S).clamp(0.0, (self.energy_j.len() - 1) as f64);
@@ -146,7 +145,7 @@ impl Followed {
         run.rows
             .iter()
             .map(|(time, ..)| {
-                let at = time - start + self.lead_s - lag_s;
+                let at = time - start + self.lead_s - delay_s;
                 // Before the start nothing has been drawn yet: the first mean stands for it.
                 let at = at.max(half);
                 (energy(at + half) - energy(at - half)) / run.period_s
@@ -155,8 +154,8 @@ impl Followed {
     }
 }
 
-/// An effect that begins at a time of the log begins later in the plant, which has to get going
-/// first.
+/// An effect that begins at a time of the log. In the plant it begins later: the plant has to get
+/// going first.
 fn later(effect: &Effect, lead_s: f64) -> Result<Effect> {
     match effect.option("at") {
         Some(at) if lead_s > 0.0 && at > 0.0 => effect.clone().with("at", at + lead_s),

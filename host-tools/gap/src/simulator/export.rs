@@ -1,9 +1,8 @@
-//! What to write into a physics engine's model of the robot so that it has what was named: MuJoCo's
-//! MJCF, or Gazebo's SDF.
+//! Changes of a physics engine's model of the robot that give it the named effects: MuJoCo's MJCF,
+//! or Gazebo's SDF.
 //!
-//! Joints, contacts, bodies and gravity are the engine's; what turns torque into power, and what
-//! measures it, is not: that is told as a formula for whatever computes the power beside the
-//! engine.
+//! Joints, contacts, bodies and gravity are elements of the engine. Power, and what measures it,
+//! are not: their changes are formulas for whatever computes the power beside the engine.
 
 use std::fmt::Write as _;
 
@@ -129,7 +128,7 @@ fn changes(named: &Named, scene: &Scene) -> Vec<Change> {
             let part = named.candidate.detail.words();
             change(friction, &part, "add", 1.0, "N·m", "")
         }
-        // As the supply sees it: the drive's losses are in it, as they are in the base.
+        // As seen by the supply: it includes the drive's losses, like the base.
         "viscous-change" => change(damping, "each wheel's joint", "add", 1.0 / scene.gain, "N·m·s/rad", ""),
         "rolling-resistance-change" => match (mjcf, scene.radius_m) {
             (true, Some(radius)) => change(
@@ -208,7 +207,7 @@ fn changes(named: &Named, scene: &Scene) -> Vec<Change> {
     vec![one]
 }
 
-/// What of the power an effect is, x being its size.
+/// How an effect changes the power; x is its size.
 fn formula(id: &str) -> &'static str {
     match id {
         "winding-temperature" => "P + x/K · 0.0039 κτ² with x =",

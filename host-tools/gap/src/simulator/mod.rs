@@ -1,9 +1,9 @@
-//! Somebody's simulator in the place of a clean fit: what does the robot have that it lacks?
+//! A user's simulator instead of a clean fit: what does it lack that the robot has?
 //!
-//! The signed model is fitted to what the simulator says, so that its effects have torques to act
-//! on. What that model gets wrong of the simulator is told by the simulator's own runs, as it is by
-//! clean runs of a robot, and is no gap. Where simulator and robot went along the same drive, row
-//! by row, measured less simulated power needs no model at all, and is told beside.
+//! The signed model is fitted to the simulator, so that effects have torques to act on. Its error
+//! on the simulator's own runs, like that on a robot's clean runs, is no gap. Where simulator and
+//! robot went along the same drive, row by row, the difference of measured and simulated power
+//! needs no model, and is reported, too.
 
 pub mod export;
 
@@ -39,7 +39,7 @@ pub struct Source {
 }
 
 impl Source {
-    /// Of logs of its own.
+    /// Of separate logs.
     ///
     /// # Errors
     /// A log that cannot be read or has no power.
@@ -67,7 +67,7 @@ pub struct Simulator {
     pub chassis: Chassis,
     /// The model fitted to it.
     pub base: Base,
-    /// What of its power that model explains.
+    /// How well that model explains its power.
     pub quality: Quality,
     /// Its runs as recorded.
     pub raw: Vec<RawRun>,
@@ -88,7 +88,7 @@ impl Simulator {
         powers: &[String],
     ) -> Result<Self> {
         let simulated = robot.clone().with_power_from(source.columns);
-        // What is measured has the noise: it decides which filter is needed.
+        // Only measured power has noise: it decides the filter.
         let cutoff_hz = fit::choose_cutoff(context, robot, field, mass_kg)?;
         let reading = Reading { gate: Gate::Signed, cutoff_hz: Some(cutoff_hz), mass_kg };
         let dataset = fit::read(context, &simulated, &source.files, &reading)?;
@@ -108,8 +108,7 @@ impl Simulator {
         Ok(Self { chassis: dataset.robot, base, quality: fitted.quality, raw, source })
     }
 
-    /// Refuses rows that are further apart, or closer together, than those that were measured: the
-    /// noise's memory is told in rows.
+    /// Refuses another sample rate than the measured logs': the noise's autoregression counts rows.
     ///
     /// # Errors
     /// They are.
@@ -117,9 +116,9 @@ impl Simulator {
         if clean.is_as_fast_as(runs) {
             return Ok(());
         }
-        let (own, measured) = (1.0 / clean.period_s, 1.0 / runs.period_s);
+        let (simulated, measured) = (1.0 / clean.period_s, 1.0 / runs.period_s);
         let message = format!(
-            "{own:.2} rows a second behind the filter, the measured logs have {measured:.2}; expected one sample rate: resample the simulator's log"
+            "{simulated:.2} rows a second behind the filter, the measured logs have {measured:.2}; expected one sample rate: resample the simulator's log"
         );
         let mut error = Error::failed(message);
         if let Some(run) = self.raw.first() {
@@ -128,7 +127,7 @@ impl Simulator {
         Err(error)
     }
 
-    /// What is told of it beside the report on measured `runs`, its own being `clean`.
+    /// What is reported of it for measured `runs`; `clean` are its own.
     pub fn told(&self, runs: &Runs, clean: &Runs, report: &Report) -> Told {
         Told {
             files: self.source.files.clone(),
@@ -144,7 +143,7 @@ impl Simulator {
     }
 }
 
-/// What is said of a simulator.
+/// What is reported of a simulator.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Told {
     /// Its logs.
@@ -164,7 +163,7 @@ pub struct Told {
 pub struct Difference {
     /// As the simulator is.
     pub before_w: f64,
-    /// With what the named effects draw added to what it says; the same number where none stands.
+    /// With the power of the named effects added; the same number where none stands.
     pub after_w: f64,
 }
 
@@ -174,14 +173,14 @@ impl Difference {
         let (mut squares, mut count) = ([0.0; 2], 0.0);
         for (locked, &place) in report.split.locked.iter().enumerate() {
             let (measured, simulated) = (&runs.runs[place].rows, &clean.runs.get(place)?.rows);
-            // Rows that were left out of one of them part the two.
+            // If only one of them lacks rows, they are no pair.
             if measured.len() != simulated.len() {
                 return None;
             }
-            let own = |signals: &Signal, row: usize| signals.get(locked)?.get(row).copied();
+            let residual = |signals: &Signal, row: usize| signals.get(locked)?.get(row).copied();
             for (row, (measured, simulated)) in measured.iter().zip(simulated.iter()).enumerate() {
                 let difference = measured.power - simulated.power;
-                let drawn = own(before, row)? - own(after, row)?;
+                let drawn = residual(before, row)? - residual(after, row)?;
                 squares[0] += difference * difference;
                 squares[1] += (difference - drawn).powi(2);
                 count += 1.0;

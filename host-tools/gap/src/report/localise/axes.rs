@@ -67,21 +67,21 @@ pub(super) fn axes(runs: &Runs) -> Vec<Axis> {
     axes
 }
 
-/// Of the body along its way, m/s²: positive while it gets faster.
+/// Acceleration along the path, m/s²: positive while the body gets faster.
 pub(super) fn acceleration(runs: &Runs, row: &Row) -> f64 {
     let twist = runs.robot.twist(row.wheels.iter().map(|wheel| wheel.acceleration));
-    // 0 has no way.
+    // A speed of 0 has no direction.
     if row.speed == 0.0 { 0.0 } else { twist.vx * row.speed.signum() }
 }
 
 impl Axis {
     /// Least and greatest value.
     pub(super) fn extent(&self) -> (f64, f64) {
-        let own = match &self.edges {
+        let values = match &self.edges {
             Some(edges) => edges.clone(),
             None => self.values.iter().flatten().copied().collect(),
         };
-        own.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(*x), high.max(*x)))
+        values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(*x), high.max(*x)))
     }
 
     /// Ends of the cells, ascending: the extent, and between them quantiles as round numbers.
@@ -104,7 +104,7 @@ impl Axis {
         let mut edges = vec![least];
         edges.extend(inner);
         edges.push(most);
-        // Closer than a step, but for the sign of 0, is the same edge.
+        // Edges closer than half a step are the same edge.
         edges.dedup_by(|a, b| (*a - *b).abs() < 0.5 * step);
         edges
     }

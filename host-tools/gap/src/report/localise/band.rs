@@ -16,9 +16,9 @@ pub(super) struct Spread {
 /// The residual where `inside` holds of the axis; `None` for fewer runs than a band needs.
 pub(super) fn spread(values: &Signal, residual: &Signal, inside: &dyn Fn(f64) -> bool) -> Option<Spread> {
     let mean = |(values, residual): (&Vec<f64>, &Vec<f64>)| {
-        let own = values.iter().zip(residual).filter(|(value, _)| inside(**value));
-        let (rows, sum) = own.fold((0, 0.0), |(rows, sum), (_, x)| (rows + 1, sum + x));
-        (rows >= LEAST_ROWS).then(|| sum / rows as f64)
+        let rows = values.iter().zip(residual).filter(|(value, _)| inside(**value));
+        let (count, sum) = rows.fold((0, 0.0), |(count, sum), (_, x)| (count + 1, sum + x));
+        (count >= LEAST_ROWS).then(|| sum / count as f64)
     };
     band(&values.iter().zip(residual).filter_map(mean).collect::<Vec<f64>>())
 }
@@ -28,6 +28,6 @@ pub(super) fn band(means: &[f64]) -> Option<Spread> {
     if means.len() < LEAST_RUNS {
         return None;
     }
-    let found = mean_interval(means);
-    Some(Spread { mean: found.mean, band: found.half_width?, runs: found.count })
+    let interval = mean_interval(means);
+    Some(Spread { mean: interval.mean, band: interval.half_width?, runs: interval.count })
 }

@@ -36,7 +36,7 @@ pub fn map(runs: &Runs, before: &Signal, after: Option<&Signal>) -> Map {
     };
     let speed = value(&|row| row.speed);
     let by_turn = over(&speed, &value(&|row| row.turn_rate), before, after);
-    // Fewer squares than a line has: it went straight.
+    // Fewer squares than a line has: the robot went straight.
     if by_turn.len() as f64 > SQUARES {
         return Map { y_label: "turn rate (rad/s), left positive", squares: by_turn };
     }
@@ -53,10 +53,10 @@ fn over(x: &Signal, y: &Signal, before: &Signal, after: Option<&Signal>) -> Vec<
     let mut names: Vec<f64> = places.iter().flatten().copied().collect();
     names.sort_by(f64::total_cmp);
     names.dedup();
-    let square = |own: f64| {
-        let at = |residual| -> Option<Spread> { spread(&places, residual, &|name| name == own) };
-        let column = (own / 1e6).round();
-        let row = own - column * 1e6;
+    let square = |number: f64| {
+        let at = |residual| -> Option<Spread> { spread(&places, residual, &|name| name == number) };
+        let column = (number / 1e6).round();
+        let row = number - column * 1e6;
         let ends = |place: f64, step: f64| (place * step, (place + 1.0) * step);
         Some(Square {
             x: ends(column, x_step),
@@ -68,7 +68,7 @@ fn over(x: &Signal, y: &Signal, before: &Signal, after: Option<&Signal>) -> Vec<
     names.into_iter().filter_map(square).collect()
 }
 
-/// A round step that parts the middle nine tenths of the values into [`SQUARES`] at most: a few
+/// A round step that divides the middle nine tenths of the values into [`SQUARES`] at most: a few
 /// spins shall not make it coarse.
 fn step(values: &Signal) -> f64 {
     let mut sorted: Vec<f64> = values.iter().flatten().copied().collect();

@@ -61,9 +61,9 @@ pub fn fill_after(runs: &Runs, cells: &mut [Cell], residual: &Signal) {
     for axis in axes(runs) {
         let most = axis.extent().1;
         for cell in cells.iter_mut().filter(|cell| cell.axis == axis.name) {
-            let found = spread(&axis.values, residual, &|x| inside(x, cell.from, cell.to, most));
-            cell.mean_after_w = found.map(|spread| spread.mean);
-            cell.band_after_w = found.map(|spread| spread.band);
+            let after = spread(&axis.values, residual, &|x| inside(x, cell.from, cell.to, most));
+            cell.mean_after_w = after.map(|spread| spread.mean);
+            cell.band_after_w = after.map(|spread| spread.band);
         }
     }
 }
@@ -75,10 +75,9 @@ fn inside(value: f64, from: f64, to: f64, most: f64) -> bool {
 
 fn cells_of(axis: &Axis, residual: &Signal) -> Vec<Cell> {
     let (least, most) = axis.extent();
-    let mut found: Vec<Cell> = Vec::new();
+    let mut cells: Vec<Cell> = Vec::new();
     let edges = axis.edges();
-    // Cells of too few runs grow until they have enough; what is left over at the end grows the
-    // last one.
+    // Cells of too few runs grow until they have enough; a remainder at the end joins the last one.
     let mut from = 0;
     for to in 1..edges.len() {
         let whole = |from: f64, to: f64| {
@@ -96,19 +95,19 @@ fn cells_of(axis: &Axis, residual: &Signal) -> Vec<Cell> {
             })
         };
         if let Some(cell) = whole(edges[from], edges[to]) {
-            found.push(cell);
+            cells.push(cell);
             from = to;
         } else if to + 1 == edges.len()
             && axis.joins
-            && let Some(last) = found.pop()
+            && let Some(last) = cells.pop()
         {
-            found.extend(whole(last.from, edges[to]));
+            cells.extend(whole(last.from, edges[to]));
         } else if !axis.joins {
             from = to;
         }
     }
-    // One cell that is all there is says nothing about the axis.
-    if found.len() == 1 && axis.joins { Vec::new() } else { found }
+    // A single cell says nothing about the axis.
+    if cells.len() == 1 && axis.joins { Vec::new() } else { cells }
 }
 
 #[cfg(test)]
@@ -128,9 +127,9 @@ mod tests {
     fn the_band_is_that_of_three_runs_not_of_their_rows() {
         let values = vec![vec![0.0; 10], vec![0.0; 1000], vec![0.0; 20]];
         let residual = vec![vec![1.0; 10], vec![2.0; 1000], vec![3.0; 20]];
-        let found = spread(&values, &residual, &|_| true).unwrap();
-        assert_eq!((found.mean, found.runs), (2.0, 3));
-        assert!((found.band - 2.484).abs() < 1e-3, "{}", found.band);
+        let spread = spread(&values, &residual, &|_| true).unwrap();
+        assert_eq!((spread.mean, spread.runs), (2.0, 3));
+        assert!((spread.band - 2.484).abs() < 1e-3, "{}", spread.band);
     }
 
     #[test]
@@ -145,12 +144,12 @@ mod tests {
     #[test]
     fn neighbours_join_until_they_have_runs_enough() {
         let values: Vec<Vec<f64>> = (1..=12).map(|mass| vec![f64::from(mass); 100]).collect();
-        let found = cells_of(&axis(values.clone()), &values);
-        assert!(found.len() >= 2, "{found:?}");
-        assert!(found.iter().all(|cell| cell.runs >= 3), "{found:?}");
-        assert_eq!(found.iter().map(|cell| cell.runs).sum::<usize>(), 12, "no run is lost");
-        assert!(found.windows(2).all(|pair| pair[0].to == pair[1].from));
-        assert!(found[0].words.starts_with("total mass below"), "{}", found[0].words);
+        let cells = cells_of(&axis(values.clone()), &values);
+        assert!(cells.len() >= 2, "{cells:?}");
+        assert!(cells.iter().all(|cell| cell.runs >= 3), "{cells:?}");
+        assert_eq!(cells.iter().map(|cell| cell.runs).sum::<usize>(), 12, "no run is lost");
+        assert!(cells.windows(2).all(|pair| pair[0].to == pair[1].from));
+        assert!(cells[0].words.starts_with("total mass below"), "{}", cells[0].words);
         // All runs of one mass: the axis says nothing.
         assert!(cells_of(&axis(vec![vec![3.0; 100]; 12]), &values).is_empty());
     }

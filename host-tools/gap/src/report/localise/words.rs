@@ -27,7 +27,7 @@ pub(super) fn of(axis: &str, (from, to): (f64, f64), (least, most): (f64, f64)) 
     }
 }
 
-/// `left turns above 0.3 m/s`: what is open to one side ends there anyway.
+/// `left turns above 0.3 m/s`: an open end is not written.
 fn span(what: &str, unit: &str, (from, to): (f64, f64), (open_below, open_above): (bool, bool)) -> String {
     let scale = from.abs().max(to.abs());
     let (low, high) = (plain(from, scale), plain(to, scale));

@@ -1,4 +1,4 @@
-//! The runs over time, freed of how many wheels the robot has.
+//! The runs over time, for any number of wheels.
 
 use logs::runs::Runs;
 
@@ -10,7 +10,7 @@ use crate::report::localise::{self, Map};
 pub struct Course {
     /// Its name.
     pub name: String,
-    /// Not looked at before the end.
+    /// Whether it was locked.
     pub locked: bool,
     /// Time since its start, s; a step after which the filter starts again is marked by a row of
     /// NaN powers.
@@ -41,7 +41,7 @@ impl Picture {
                 let predicted = run.rows.iter().zip(residual);
                 with_holes(
                     run.rows.iter().map(|row| row.starts),
-                    predicted.map(|(row, left)| row.power - left),
+                    predicted.map(|(row, residual)| row.power - residual),
                 )
             };
             Course {
@@ -71,7 +71,7 @@ impl Picture {
     }
 }
 
-/// A NaN before each row that does not continue the one before, so that no line is drawn across.
+/// A NaN before each row that does not continue the one before: no line is drawn across.
 fn with_holes(starts: impl Iterator<Item = bool>, values: impl Iterator<Item = f64>) -> Vec<f64> {
     let mut all = Vec::new();
     for (starts, value) in starts.zip(values) {
@@ -87,8 +87,9 @@ impl Course {
     /// Root mean square of measured less predicted power before and after, W.
     pub fn gaps(&self) -> (f64, Option<f64>) {
         let rms = |predicted: &[f64]| {
-            let left = self.measured_w.iter().zip(predicted).map(|(m, p)| m - p).filter(|x| x.is_finite());
-            let (count, sum) = left.fold((0.0, 0.0), |(count, sum), x| (count + 1.0, sum + x * x));
+            let residual =
+                self.measured_w.iter().zip(predicted).map(|(m, p)| m - p).filter(|x| x.is_finite());
+            let (count, sum) = residual.fold((0.0, 0.0), |(count, sum), x| (count + 1.0, sum + x * x));
             (sum / f64::max(count, 1.0)).sqrt()
         };
         (rms(&self.before_w), self.after_w.as_deref().map(rms))

@@ -1,5 +1,7 @@
 //! The plots of the page.
 
+use std::collections::HashSet;
+
 use maud::Markup;
 use report::html::{HALF, WHOLE, figure};
 use report::{Bars, CellSeries, Cells, Colour, Heat, HeatSquare, Line, Stroke, TimeSeries, palette};
@@ -82,7 +84,8 @@ pub(super) fn cells(cells: &[Cell]) -> Result<Vec<Markup>> {
     let ends = |cell: &Cell| {
         [cell.mean_residual_w - cell.band_w, cell.mean_residual_w + cell.band_w, cell.mean_residual_w]
     };
-    // A band of three runs may be wider than everything else: means decide, bands may be cut.
+    // A band of three runs may be wider than everything else: the scale follows the means, and may
+    // cut bands.
     let most = cells.iter().map(|cell| cell.mean_residual_w.abs()).fold(0.0, f64::max);
     let (low, high) = cells
         .iter()
@@ -93,18 +96,19 @@ pub(super) fn cells(cells: &[Cell]) -> Result<Vec<Markup>> {
     let [orange, blue] = colours();
     axes.iter()
         .map(|axis| {
-            let own: Vec<&Cell> = cells.iter().filter(|cell| cell.axis == *axis).collect();
-            let before = own.iter().map(|cell| (cell.from, cell.to, cell.mean_residual_w, cell.band_w));
+            let cells: Vec<&Cell> = cells.iter().filter(|cell| cell.axis == *axis).collect();
+            let before = cells.iter().map(|cell| (cell.from, cell.to, cell.mean_residual_w, cell.band_w));
             let mut series =
                 vec![CellSeries { name: "before".to_owned(), colour: orange, cells: before.collect() }];
-            let after = own
+            let after = cells
                 .iter()
                 .filter_map(|cell| Some((cell.from, cell.to, cell.mean_after_w?, cell.band_after_w?)));
             let after: Vec<_> = after.collect();
             if !after.is_empty() {
                 series.push(CellSeries { name: "after".to_owned(), colour: blue, cells: after });
             }
-            let worst = own.iter().max_by(|a, b| a.mean_residual_w.abs().total_cmp(&b.mean_residual_w.abs()));
+            let worst =
+                cells.iter().max_by(|a, b| a.mean_residual_w.abs().total_cmp(&b.mean_residual_w.abs()));
             let about =
                 worst.map_or(String::new(), |cell| format!("Greatest mean: {}.", summary::cell_words(cell)));
             let title = format!("Residual by {}", axis.replace('-', " "));
@@ -190,28 +194,24 @@ const KINDS: [(Status, &str); 6] = [
 
 /// What the candidates of a round explain.
 pub(super) fn scores(number: usize, round: &Round) -> Result<Option<Markup>> {
-    let mut found: Vec<_> = round.candidates.iter().filter(|scored| scored.gain.is_finite()).collect();
-    found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-    // Of the shapes that an effect may have the best stands for it.
-    let mut seen: Vec<&str> = Vec::new();
-    found.retain(|scored| {
-        let new = !seen.contains(&scored.id.as_str());
-        seen.push(&scored.id);
-        new
-    });
-    found.truncate(DRAWN);
-    if found.is_empty() {
+    let mut drawn: Vec<_> = round.candidates.iter().filter(|scored| scored.gain.is_finite()).collect();
+    drawn.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    // The best of an effect's shapes stands for it.
+    let mut seen = HashSet::new();
+    drawn.retain(|scored| seen.insert(&scored.id));
+    drawn.truncate(DRAWN);
+    if drawn.is_empty() {
         return Ok(None);
     }
     let kind = |status: Status| KINDS.iter().position(|(kind, _)| *kind == status).unwrap_or(KINDS.len() - 1);
     let shades = [palette(2), palette(4), palette(5), palette(3), palette(6), palette(5)];
     let used: Vec<usize> =
-        (0..KINDS.len()).filter(|place| found.iter().any(|scored| kind(scored.status) == *place)).collect();
-    let rows = found.iter().map(|scored| {
+        (0..KINDS.len()).filter(|place| drawn.iter().any(|scored| kind(scored.status) == *place)).collect();
+    let rows = drawn.iter().map(|scored| {
         let detail = scored.detail.words();
         let name = if detail.is_empty() { scored.id.clone() } else { format!("{}: {detail}", scored.id) };
         let series = used.iter().position(|place| *place == kind(scored.status)).unwrap_or(0);
-        // Of what explains nothing only the name is left.
+        // A candidate that explains nothing has a name and no bar.
         (first_letters(&name), vec![(series, scored.gain.max(0.0).sqrt())])
     });
     let rows: Vec<_> = rows.collect();
@@ -230,7 +230,7 @@ pub(super) fn scores(number: usize, round: &Round) -> Result<Option<Markup>> {
         round.structure,
         round.allowed,
         round.outcome,
-        found.len(),
+        drawn.len(),
         round.candidates.len()
     );
     figure(panel, (WHOLE.0, height), &title, &about).map(Some)

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use super::course::Course;
 use crate::report::localise::Cell;
 
-/// What was asked for: shown, so that it can be asked again.
+/// The request, shown so that it can be repeated.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Inputs {
     /// Name of the robot.
@@ -20,10 +20,10 @@ pub struct Inputs {
     pub options: Vec<(String, String)>,
 }
 
-/// The same disagreement as another model of the robot sees it: the simulated plant.
+/// The simulated plant's disagreement with the measurement.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Simulated {
-    /// What was simulated and what came of it, sentences.
+    /// The simulation and its result, sentences.
     pub text: Vec<String>,
     /// Run by run: measured, and simulated before and after.
     pub courses: Vec<Course>,

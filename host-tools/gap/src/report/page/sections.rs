@@ -1,4 +1,4 @@
-//! The sections of the page, from the verdict down to what was asked for.
+//! The sections of the page, from the verdict down to the request.
 
 use std::path::Path;
 
