@@ -3,7 +3,7 @@
 use logs::robot::Robot;
 use serde::Serialize;
 use study::baselines::{self, Card, Layout};
-use study::compare::{Comparison, Entry, HOLD_OUT, Horizon, LeftOut, MassSource, OWN, WeightSeeds};
+use study::compare::{Comparison, Entry, HOLD_OUT, Horizon, LeftOut, MassSource, OURS, WeightSeeds};
 use support::error::Result;
 use support::figure::{figure, number};
 
@@ -30,7 +30,7 @@ struct Listed {
 
 impl Listed {
     fn all(robot: &Robot) -> Vec<Self> {
-        let ours = OWN.iter().map(|model| Self {
+        let ours = OURS.iter().map(|model| Self {
             name: model.name,
             source: model.source,
             assumes: model.assumes,

@@ -1,4 +1,4 @@
-//! Our model beside those of the literature, and the paper's figures and tables.
+//! Our model and those of the literature, and the paper's figures and tables.
 //!
 //! Its face: [`baselines`], earlier power models, one trait for all; [`compare`], every model on
 //! the same split;

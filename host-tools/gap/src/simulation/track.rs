@@ -131,7 +131,7 @@ impl Follower {
 
 impl Followed {
     /// Power at every row of the run, W: the mean over a sample period about it, as a sensor
-    /// averages; `lag_s` later.
+    /// averages; `delay_s` later.
     pub fn power(&self, run: &RawRun, delay_s: f64) -> Vec<f64> {
         let start = run.rows.first().map_or(0.0, |row| row.0);
         let energy = |time: f64| {

@@ -21,8 +21,8 @@ pub trait Baseline: Send {
     /// It has not been fitted.
     fn predict(&self, points: &[Point]) -> Result<Vec<f64>>;
 
-    /// The mass at every point, kg, of a model that finds it itself from the powers before; `None`
-    /// of the others.
+    /// The mass that a model itself estimates at every point from the powers before, kg; `None` of
+    /// other models.
     ///
     /// # Errors
     /// It has not been fitted.
@@ -31,7 +31,7 @@ pub trait Baseline: Send {
         Ok(None)
     }
 
-    /// What it has learned, where that has names; nothing before it is fitted.
+    /// What it has learned, where that has names; empty before a fit.
     fn parameters(&self) -> Vec<Parameter> {
         Vec::new()
     }

@@ -20,13 +20,13 @@ pub struct Card {
     pub source: &'static str,
     /// What it assumes beyond that, in one line.
     pub assumes: &'static str,
-    /// What of its source it leaves out or has otherwise; empty where it has all that logs allow.
+    /// How it departs from its source; empty where it has all that logs allow.
     pub reduced: &'static str,
-    /// What kind of equation it is: cards of one family differ in terms, not in method.
+    /// Kind of its equation: cards of one family differ in terms, not in method.
     pub family: Family,
     /// The true mass is one of its inputs.
     pub takes_mass: bool,
-    /// What a log has to tell beside speeds and power.
+    /// What a log has to hold beside speeds and power.
     pub needs: &'static [Need],
     /// Wheel layouts that it is for; any, where none is named.
     pub layouts: &'static [Layout],
@@ -48,7 +48,7 @@ pub enum Family {
     CentresOfRotation,
     /// Dynamics of robot and DC motor: quadratic in the torque.
     MotorDynamics,
-    /// Growth of kinetic energy, resistance and losses, looked at from outside.
+    /// Growth of kinetic energy, resistance and losses, seen from outside.
     EnergyBalance,
     /// Neural network.
     Network,
@@ -103,7 +103,7 @@ pub enum Preset {
 pub enum PowerOfBraking {
     /// Back to the battery.
     Regenerates,
-    /// Where the robot's own drives send it: the source does not say.
+    /// As the robot's own drives do: the source does not say.
     AsDriven,
 }
 
@@ -194,7 +194,7 @@ impl Need {
         }
     }
 
-    /// What its columns tell, in their order; 0 behind the last of them.
+    /// Values of its columns, in their order; 0 after the last.
     pub fn values(self, robot: &Robot, readings: &Readings) -> [f64; 3] {
         let command = readings.command;
         match self {

@@ -1,13 +1,12 @@
 //! The methods of the paper's Table 1 as data: which engine each runs, and with what.
 //!
-//! Kumar, Bensekrane and Merzouki (2022) are not among them. Their bond graph is a way to write
-//! equations down, not another set of them: joined at its 0- and 1-junctions, its inertias,
-//! resistances and transformers give the dynamics of a robot with friction and without motor
-//! losses, which is [`TOUZOUT`] for wheels that do not steer. What is their own belongs to a
-//! car-like robot with four steered wheels that changes its structure: power of the steering, and
-//! kinematics that depend on steering angles. No log here has steering angles, and R is one
-//! constant matrix, so that part has neither input nor data to be fitted to; without it the
-//! baseline would be Touzout's under another name.
+//! Kumar, Bensekrane and Merzouki (2022) are not among them. Their bond graph is a notation, not
+//! another set of equations: its junctions, inertias, resistances and transformers give the
+//! dynamics of a robot with friction and without motor losses, which is [`TOUZOUT`] for wheels that
+//! do not steer. Their own part is a car-like robot with four steered wheels that changes its
+//! structure: power of the steering, and kinematics that depend on steering angles. No log here has
+//! steering angles, and R is one constant matrix: that part has neither input nor data. Without it
+//! the baseline would be Touzout's under another name.
 
 use super::card::{Card, Family, Layout, Need, PowerOfBraking, Preset};
 use super::dynamics::Term as Torque;
@@ -77,7 +76,7 @@ const REGRESSION: Card = Card {
 
 const DYNAMICS: Card = Card { family: Family::MotorDynamics, ..REGRESSION };
 
-/// Three omni wheels in the source; nothing but R knows of them.
+/// Three omni wheels in the source: only R depends on them.
 ///
 /// The power is integrated with its sign, as the minimum-energy trajectories of the source do.
 pub const KIM: Card = Card {
@@ -88,7 +87,7 @@ pub const KIM: Card = Card {
     ..DYNAMICS
 };
 
-/// The only one of them with the payload as a variable: it bears on rolling friction and on the
+/// The only one of them with the payload as a variable: it acts on rolling friction and on the
 /// inertia of the body.
 ///
 /// The radius of gyration stays when the payload changes, as everywhere in this project.
@@ -116,10 +115,10 @@ pub const MORALES: Card = Card {
     ..DYNAMICS
 };
 
-/// Straight ahead on a road of given grade; level where a log does not tell.
+/// Straight ahead on a road of given grade; level where a log has no grade.
 ///
-/// The speeds of the wheels stay their own, so that a turn costs friction, but no inertia. For
-/// robots whose wheels all turn forwards when it drives ahead.
+/// The wheels keep their speeds, so a turn costs friction, but no inertia. For robots whose wheels
+/// all turn forwards when it drives ahead.
 pub const YACOUB: Card = Card {
     name: "yacoub",
     source: "Yacoub, Necsulescu and Sasiadek 2013: dynamics of robot and DC motor, straight on a road grade",
@@ -157,8 +156,8 @@ pub const SADRPOUR: Card = Card {
     ..REGRESSION
 };
 
-/// [`SADRPOUR`] by Bayesian estimation, which begins with what earlier drives over such ground tell
-/// of the parameters' distribution.
+/// [`SADRPOUR`] by Bayesian estimation: the prior is the distribution of the parameters on earlier
+/// drives over such ground.
 pub const SADRPOUR_BAYES: Card = Card {
     name: "sadrpour-bayes",
     source: "Sadrpour 2012/2013: longitudinal dynamics, Bayesian estimation with a prior from the training drives",
@@ -176,7 +175,7 @@ pub(crate) const SADRPOUR_OFFLINE: Card = Card {
     ..SADRPOUR
 };
 
-/// Vahidi, Stefanopoulou and Peng 2005 find mass and grade of a truck from its engine's torque;
+/// Vahidi, Stefanopoulou and Peng 2005 estimate mass and grade of a truck from its engine's torque;
 /// here from the power.
 pub const VAHIDI: Card = Card {
     name: "vahidi",
@@ -208,7 +207,7 @@ pub const QUANN: Card = Card {
 
 /// Also the model of Mohammadpour et al. 2021.
 ///
-/// For robots that have no model of this family of their own.
+/// For robots without a model of their own in this family.
 pub const WAHAB: Card = Card {
     name: "wahab",
     source: "Wahab 2015, Mohammadpour 2021: kinetic and traction energy and the losses of the motors",
@@ -238,9 +237,8 @@ pub const DATOUO: Card = Card {
     ..WAHAB
 };
 
-/// [`WAHAB`] for four mecanum wheels. The source's temperature of the motors, its terrains and its
-/// shifted centre of gravity are in no log: its constants are those of one temperature, terrain and
-/// load.
+/// [`WAHAB`] for four mecanum wheels. No log has the source's motor temperature, terrains and
+/// shifted centre of gravity: its constants are those of one temperature, terrain and load.
 pub const HOU: Card = Card {
     name: "hou",
     source: "Hou 2021: kinetic and traction energy and the losses of the motors, four mecanum wheels",
@@ -250,7 +248,7 @@ pub const HOU: Card = Card {
     ..WAHAB
 };
 
-/// [`WAHAB`] for skid steer: wheels dragged sideways in turns, and a slope where the log tells it.
+/// [`WAHAB`] for skid steer: wheels dragged sideways in turns, and a slope if the log has one.
 ///
 /// σ shares the scrub among the wheels, so that Σ σ w is in proportion to |ω|. Chosen here: the
 /// lateral friction is the same in every turn, whatever its radius.
@@ -330,8 +328,8 @@ pub const PENTZER: Card = Card {
 
 /// P = G (|V_l| + |V_r|) + μ m g a |ω|, the centres known from the slip-track.
 ///
-/// Without an offset, so that the energy of a path does not depend on the speed at which it is
-/// driven: what the source builds its energy-optimal paths on.
+/// Without an offset the energy of a path does not depend on the speed along it: the source builds
+/// its energy-optimal paths on that.
 pub const EFFATI: Card = Card {
     name: "effati",
     source: "Effati 2023: skid steer by known centres of rotation",
@@ -366,8 +364,8 @@ pub const JAIEM: Card = Card {
     ..REGRESSION
 };
 
-/// P = c0 + c1 |v| + c2 m. The mass is added, not multiplied by the speed: so it is where Leng's
-/// regression takes it over (Eq. 31).
+/// P = c0 + c1 |v| + c2 m. The mass is added, not multiplied by the speed: Leng's regression has it
+/// the same way (Eq. 31).
 pub const PARASURAMAN: Card = Card {
     name: "parasuraman",
     source: "Parasuraman 2012/2014: first-order regression on speed and mass",
@@ -449,7 +447,7 @@ pub const PERCEPTRON: Card = Card {
     ..REGRESSION
 };
 
-/// Liu 2023 as Eq. 32 has it: the same network on what motors are told and what they report.
+/// Liu 2023 as in Eq. 32: the same network on the motors' commands and feedback.
 pub const LIU_PERCEPTRON: Card = Card {
     name: "liu-perceptron",
     source: "Liu 2023: multilayer perceptron on motor commands and feedback (Eq. 32), seven hidden ReLU layers",

@@ -1,4 +1,4 @@
-//! Longitudinal dynamics of a vehicle: what Sadrpour 2012/2013 and Quann 2020 have in common.
+//! Longitudinal dynamics of a vehicle, shared by Sadrpour 2012/2013 and Quann 2020.
 //!
 //! The wheels push against inertia, grade and rolling resistance (aerodynamic drag is negligible at
 //! the speeds of robots):

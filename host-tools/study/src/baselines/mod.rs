@@ -1,6 +1,5 @@
-//! Power models of the literature (the paper's Table 1), to compare with: one engine a family, and
-//! what each source runs it with as data ([`cards`]). All are fitted and evaluated through one
-//! trait.
+//! Power models of the literature (the paper's Table 1): one engine a family, with each source's
+//! terms as data ([`cards`]). All are fitted and evaluated through one trait.
 
 mod baseline;
 mod card;

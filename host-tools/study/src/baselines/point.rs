@@ -4,7 +4,7 @@ use fit::dataset::Row;
 use logs::robot::chassis::{Chassis, Wheels};
 use model_core::kinematics::Twist;
 
-/// What only some logs tell, behind the same filter as speed and power. NaN where the log does not.
+/// Columns of some logs, after the same filter as speed and power. NaN where the log has none.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Readings {
     /// Commanded motion of the body, m/s and rad/s.
@@ -46,7 +46,7 @@ pub struct Point {
     pub acceleration: Twist<f64>,
     /// Motion of the wheels.
     pub wheels: Wheels,
-    /// True total mass, kg: some baselines are given what our models have to find.
+    /// True total mass, kg: an input of some baselines, which our models estimate.
     pub mass: f64,
     /// Measured actuation power, W.
     pub power: f64,
@@ -74,7 +74,7 @@ impl Point {
         self.speed.vx.hypot(self.speed.vy)
     }
 
-    /// Road grade, nose up, rad; level where the log does not tell.
+    /// Road grade, nose up, rad; level where the log has none.
     pub fn grade(&self) -> f64 {
         if self.readings.pitch.is_nan() { 0.0 } else { self.readings.pitch }
     }

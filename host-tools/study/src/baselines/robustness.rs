@@ -1,4 +1,4 @@
-//! What every baseline has to bear, whichever it is: a clear error at `fit`, or finite answers.
+//! What every baseline has to withstand: a clear error at `fit`, or finite answers.
 
 use logs::robot::chassis::Wheels;
 use model_core::kinematics::Twist;
@@ -24,8 +24,8 @@ fn changed(change: impl Fn(&mut Point)) -> Vec<Point> {
     points
 }
 
-/// Trained and tested on the same drive, no power is beyond three times the highest it has seen,
-/// which is far from the numbers that a singular matrix makes; or the refusal says who refuses.
+/// Trained and tested on the same drive, no power exceeds three times the highest of the training;
+/// a singular matrix would make far larger ones. Or a refusal names the baseline.
 fn bears(what: &str, points: &[Point]) {
     let highest = points.iter().map(|point| point.power.abs()).fold(0.0, f64::max);
     for card in cards() {
@@ -86,8 +86,8 @@ fn trainings_that_are_not_finite() {
     }
 }
 
-/// A point that is not finite has no power, and spoils no other; a power that is not known spoils
-/// nothing.
+/// A point that is not finite gets no power and does not affect others; neither does an unknown
+/// power.
 #[test]
 fn tests_that_are_not_finite() {
     let mut points = changed(|_| {});
@@ -95,8 +95,7 @@ fn tests_that_are_not_finite() {
     unknown_power(&mut points[78]);
     for card in cards() {
         let mut model = card.make(&burger());
-        // This power follows no model of theirs: one may refuse it, and has a test on data of its
-        // own.
+        // No baseline models this power: one may refuse it, and has a test on data of its own.
         if let Err(error) = model.fit(&changed(|_| {})) {
             assert!(error.to_string().contains(card.name), "{error}");
             continue;

@@ -26,9 +26,9 @@ fn wave(i: usize, k: f64) -> f64 {
     (i as f64 * k).sin()
 }
 
-/// A drive of the Burger of so many points at 20 Hz: speeds, turn rates and accelerations wander
-/// independently, forwards and backwards, at 1 to 3 kg; every reading is there and wanders, too.
-/// The power is what `power` says.
+/// A drive of the Burger of so many points at 20 Hz. Speeds, turn rates and accelerations wander
+/// independently, forwards and backwards, at 1 to 3 kg; every reading wanders, too. `power` gives
+/// the power.
 pub(crate) fn drive(count: usize, power: impl Fn(&Point) -> f64) -> Vec<Point> {
     let motion = |i: usize| {
         let speed = Twist { vx: 0.2 * wave(i, 0.11), vy: 0.0, omega: 2.0 * wave(i, 0.17) };
@@ -38,8 +38,8 @@ pub(crate) fn drive(count: usize, power: impl Fn(&Point) -> f64) -> Vec<Point> {
     points(count, motion, power)
 }
 
-/// A drive as [`drive`]'s of any robot: the wheels wander each on its own, and every other second
-/// all turn alike.
+/// As [`drive`] for any robot: each wheel wanders independently, and every other second all turn
+/// alike.
 pub(crate) fn drive_on<const N: usize>(
     kinematics: &Kinematics<f64, N>,
     count: usize,
@@ -47,9 +47,9 @@ pub(crate) fn drive_on<const N: usize>(
 ) -> Vec<Point> {
     let matrix = kinematics.mass_matrix(0.06).expect("length");
     let motion = |i: usize| {
-        let own = |wheel: usize| if (i / 20).is_multiple_of(2) { wheel as f64 } else { 0.0 };
-        let speed = std::array::from_fn(|wheel| 6.0 * wave(i, 0.11 + 0.06 * own(wheel)));
-        let acceleration = std::array::from_fn(|wheel| 12.0 * wave(i, 0.23 + 0.08 * own(wheel)));
+        let number = |wheel: usize| if (i / 20).is_multiple_of(2) { wheel as f64 } else { 0.0 };
+        let speed = std::array::from_fn(|wheel| 6.0 * wave(i, 0.11 + 0.06 * number(wheel)));
+        let acceleration = std::array::from_fn(|wheel| 12.0 * wave(i, 0.23 + 0.08 * number(wheel)));
         let motion: Motion<f64, N> = Motion::new(&speed, &acceleration, &matrix, 0.0);
         (kinematics.twist(&speed), kinematics.twist(&acceleration), Wheels::from(motion.wheels))
     };
@@ -105,16 +105,16 @@ pub(crate) fn still() -> Point {
     Point { readings: Readings::NONE, ..drive(1, |_| 0.0)[0] }
 }
 
-/// Fitted to these points, the baseline has these parameters (each to `within` of the larger of
-/// itself and 1e-3), and it predicts the points as exactly.
+/// Fitted to these points, the baseline has these parameters, and predicts the points as exactly.
+/// `within`: of the larger of a parameter and 1e-3.
 pub(crate) fn recovers(card: &Card, points: &[Point], truth: &[f64], within: f64) {
     let mut model = card.make(&burger());
     model.fit(points).expect("its own data");
-    let found = model.parameters();
-    assert_eq!(found.len(), truth.len(), "{found:?}");
-    for (found, truth) in found.iter().zip(truth) {
+    let parameters = model.parameters();
+    assert_eq!(parameters.len(), truth.len(), "{parameters:?}");
+    for (parameter, truth) in parameters.iter().zip(truth) {
         let allowed = within * truth.abs().max(1e-3);
-        assert!((found.value - truth).abs() <= allowed, "{found:?} {truth}");
+        assert!((parameter.value - truth).abs() <= allowed, "{parameter:?} {truth}");
     }
     let predicted = model.predict(points).expect("fitted");
     let peak = points.iter().map(|point| point.power.abs()).fold(0.0, f64::max);

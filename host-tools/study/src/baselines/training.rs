@@ -1,4 +1,4 @@
-//! What models of known form ask of their training points.
+//! What models of known form need of their training points.
 
 use support::error::{Error, Result};
 
@@ -47,7 +47,7 @@ pub(super) fn evenly(count: usize, most: usize) -> impl Iterator<Item = usize> {
     (0..kept).map(move |index| index * count / kept)
 }
 
-/// What is above 0; NaN stays, where `f64::max` would make a 0 of it.
+/// The value if it is above 0, else 0; NaN stays NaN, which `f64::max` would make 0.
 pub(super) fn positive_part(value: f64) -> f64 {
     if value < 0.0 { 0.0 } else { value }
 }

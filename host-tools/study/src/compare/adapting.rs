@@ -1,9 +1,8 @@
-//! Models on a floor that adapts: each is told the mass, and what the power of the last minutes
-//! says of the floor.
+//! Models on a floor that adapts: each gets the mass and the power of the last minutes.
 //!
-//! Ours has rolling resistance and scrub adapt ([`model_core::adapt`]). A baseline has no such
-//! parameters: beside it two numbers adapt with the same prior and memory, by what share its power
-//! is larger, and what is added while the robot moves. Both are known as of the second before.
+//! Ours adapts rolling resistance and scrub ([`model_core::adapt`]). A baseline has no such
+//! parameters: it gets two numbers with the same prior and memory, a share of its power and an
+//! offset while the robot moves. Both are known as of the second before.
 
 use std::path::Path;
 
@@ -21,7 +20,7 @@ use super::entry::Pair;
 use super::mass::same;
 use crate::baselines::Point;
 
-/// What the training says of a baseline.
+/// A baseline's prior, from its training.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Prior {
     /// Precisions of the two numbers: share, and W while the robot moves.
@@ -31,7 +30,7 @@ pub(super) struct Prior {
 }
 
 impl Prior {
-    /// Of what a baseline predicts on its training points; `None` where it is never wrong.
+    /// From a baseline's predictions of its training points; `None` without any error.
     pub(super) fn of(training: &[Point], predicted: &[f64]) -> Option<Self> {
         let seconds = seconds(training, predicted);
         let count = seconds.len().max(1) as f64;
@@ -55,10 +54,11 @@ impl Prior {
                     Some((run, time)) if run == second.place.0 => (second.place.1 - time) as f64,
                     _ => f64::INFINITY,
                 };
-                let left = (-passed / memory).exp();
-                information = information * left + second.along * second.along.transpose() / self.variance;
-                score = score * left + second.along * second.error / self.variance;
-                numbers = (self.precision + information).try_inverse().map_or(numbers, |own| own * score);
+                let share = (-passed / memory).exp();
+                information = information * share + second.along * second.along.transpose() / self.variance;
+                score = score * share + second.along * second.error / self.variance;
+                let covariance = (self.precision + information).try_inverse();
+                numbers = covariance.map_or(numbers, |covariance| covariance * score);
             }
             // Another run may be on another floor.
             if now.is_some_and(|(run, _)| run != point.run) {
@@ -70,7 +70,7 @@ impl Prior {
     }
 }
 
-/// By what the two numbers change the power.
+/// The change of power per unit of each number.
 fn along(point: &Point, predicted: f64) -> Vector2<f64> {
     Vector2::new(predicted, f64::from(u8::from(point.wheels.is_moving())))
 }
@@ -87,14 +87,14 @@ struct Second {
 /// Points without a prediction are left out.
 fn seconds(points: &[Point], predicted: &[f64]) -> Vec<Second> {
     let known: Vec<(&Point, f64)> =
-        points.iter().zip(predicted.iter().copied()).filter(|(_, own)| own.is_finite()).collect();
+        points.iter().zip(predicted.iter().copied()).filter(|(_, predicted)| predicted.is_finite()).collect();
     let place = |point: &Point| (point.run, point.time.floor() as i64);
     let mean = |second: &[(&Point, f64)]| {
         let count = second.len() as f64;
         Second {
             place: place(second[0].0),
-            along: second.iter().map(|(point, own)| along(point, *own)).sum::<Vector2<f64>>() / count,
-            error: second.iter().map(|(point, own)| point.power - own).sum::<f64>() / count,
+            along: second.iter().map(|(point, power)| along(point, *power)).sum::<Vector2<f64>>() / count,
+            error: second.iter().map(|(point, power)| point.power - power).sum::<f64>() / count,
         }
     };
     known.chunk_by(|a, b| place(a.0) == place(b.0)).map(mean).collect()
@@ -121,7 +121,7 @@ pub(super) fn ours(
     Ok(pairs)
 }
 
-/// The one mass of a log, kg; `mass_kg` where it does not tell.
+/// The one mass of a log, kg; `mass_kg` for a log without one.
 fn only_mass(context: &Context, robot: &Robot, file: &Path, mass_kg: f64) -> Result<f64> {
     let mut reader = SampleReader::open(context, file, robot)?;
     let mut only = None;
@@ -158,7 +158,7 @@ mod tests {
         assert!(error(2_400) > 0.2 && (4_400..4_800).all(|place| error(place) < 0.03));
     }
 
-    /// Nothing of a second is used within it: what it measures changes none of its predictions.
+    /// A second's own power changes none of its predictions.
     #[test]
     fn a_second_is_predicted_without_its_own_power() {
         let points = drive(400, |point| 5.0 + point.time.sin());
@@ -167,8 +167,8 @@ mod tests {
         let before = prior.adapted(&points, &predicted);
         let mut others = points.clone();
         others[200..].iter_mut().for_each(|point| point.power += 3.0);
-        let behind = prior.adapted(&others, &predicted);
-        assert_eq!(before[..220], behind[..220]);
-        assert_ne!(before[220], behind[220]);
+        let after = prior.adapted(&others, &predicted);
+        assert_eq!(before[..220], after[..220]);
+        assert_ne!(before[220], after[220]);
     }
 }

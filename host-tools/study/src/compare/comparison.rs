@@ -15,7 +15,7 @@ use super::adapting;
 use super::entry::{Entry, Horizon, LeftOut, MassSource, Pair, WeightSeeds};
 use super::evaluate::{Beside, Evaluation, MassSearch, evaluate_all};
 use super::mass;
-use super::own::{OWN, Own};
+use super::ours::{OURS, OurModel};
 use super::persistence::persistence_r2;
 use super::settings::Settings;
 use super::split::{Data, Split};
@@ -27,13 +27,13 @@ pub struct Comparison {
     pub entries: Vec<Entry>,
     /// For each entry measured and predicted power.
     pub pairs: Vec<Vec<Pair>>,
-    /// Models that were asked for and cannot be had.
+    /// Requested models that are not available.
     pub left_out: Vec<LeftOut>,
     /// Length of the payload window, s.
     pub window_s: f64,
     /// Cutoff of the filter, Hz.
     pub cutoff_hz: f64,
-    /// By how much the power is taken to be later than the speeds, s.
+    /// Delay of the power after the speeds, s.
     pub delay_s: f64,
     /// Rows to fit and to evaluate.
     pub train_rows: usize,
@@ -58,13 +58,28 @@ struct Judged<'a> {
     weight_seeds: Option<WeightSeeds>,
 }
 
+impl<'a> Judged<'a> {
+    /// Without parameters, mass errors and seeds of weights.
+    fn of(
+        name: &'a str,
+        source: &'a str,
+        mass: MassSource,
+        horizon: Horizon,
+        fit_s: f64,
+        pairs: Vec<Pair>,
+    ) -> Self {
+        let (parameters, mass_error_percent, weight_seeds) = (Vec::new(), None, None);
+        Self { name, source, mass, horizon, fit_s, parameters, pairs, mass_error_percent, weight_seeds }
+    }
+}
+
 /// Fits everything and evaluates it.
 ///
 /// # Errors
 /// A log that cannot be read, data that determine no model, or no model that can be had for this
 /// robot and these logs.
 pub fn compare(context: &Context, robot: &Robot, split: &Split, settings: &Settings) -> Result<Comparison> {
-    // Wrong usage even where this split has no use for a window.
+    // A wrong window is refused even where this split needs none.
     bucket_length(settings.window_s)?;
     let data = Data::read(context, robot, split, settings)?;
     let test: Vec<Point> = data.test.iter().map(|(_, point)| *point).collect();
@@ -86,19 +101,19 @@ pub fn compare(context: &Context, robot: &Robot, split: &Split, settings: &Setti
         Split::Files { test, .. } if data.train.masses.len() > 1 => Some(&test[..]),
         _ => None,
     };
-    for own in OWN.iter().filter(|own| settings.models.contains(&own.name)) {
-        let fit = comparison.add_own(context, robot, own, &data, replayed, settings.window_s)?;
-        if let (true, ModelKind::Signed, Split::Files { train, test }) = (settings.adapt, own.kind, split) {
+    for ours in OURS.iter().filter(|ours| settings.models.contains(&ours.name)) {
+        let fit = comparison.add_ours(context, robot, ours, &data, replayed, settings.window_s)?;
+        if let (true, ModelKind::Signed, Split::Files { train, test }) = (settings.adapt, ours.kind, split) {
             // Ground that adapts has no gyro.
             let fit = if data.train.robot.conditioning().true_slip == 0.0 {
                 Ok(fit)
             } else {
                 let train = data.without_gyro(context, robot, train, settings.mass_kg);
-                train.and_then(|train| own.fit(robot, &train))
+                train.and_then(|train| ours.fit(robot, &train))
             };
             match fit {
-                Ok(fit) => comparison.add_adapting(context, robot, own, &fit, test, settings),
-                Err(error) => comparison.leave_out(&adapts(own.name), error.to_string()),
+                Ok(fit) => comparison.add_adapting(context, robot, ours, &fit, test, settings),
+                Err(error) => comparison.leave_out(&adapts(ours.name), error.to_string()),
             }
         }
     }
@@ -125,29 +140,19 @@ pub fn compare(context: &Context, robot: &Robot, split: &Split, settings: &Setti
 }
 
 impl Comparison {
-    /// Fits a model of ours; where it can find the mass, with and without it.
-    fn add_own(
+    /// Fits a model of ours; with the mass given, and estimated where logs allow.
+    fn add_ours(
         &mut self,
         context: &Context,
         robot: &Robot,
-        own: &Own,
+        ours: &OurModel,
         data: &Data,
         replayed: Option<&[PathBuf]>,
         window_s: f64,
     ) -> Result<Fit> {
-        let Own { name, source, kind, .. } = *own;
-        let fit = own.fit(robot, &data.train)?;
-        let row = |name, mass, horizon, pairs, mass_error_percent| Judged {
-            name,
-            source,
-            mass,
-            horizon,
-            fit_s: fit.solve_s,
-            parameters: Vec::new(),
-            pairs,
-            mass_error_percent,
-            weight_seeds: None,
-        };
+        let OurModel { name, source, kind, .. } = *ours;
+        let fit = ours.fit(robot, &data.train)?;
+        let row = |name, mass, horizon, pairs| Judged::of(name, source, mass, horizon, fit.solve_s, pairs);
         if let Some(test) = replayed {
             let (mut pairs, mut errors) = (Vec::new(), Vec::new());
             let policy = Policy {
@@ -168,96 +173,70 @@ impl Comparison {
                     }
                 })?;
             }
-            self.push(row(name, MassSource::Estimated, Horizon::Second, pairs, mean(errors.into_iter())));
+            let row = row(name, MassSource::Estimated, Horizon::Second, pairs);
+            self.push(Judged { mass_error_percent: mean(errors.into_iter()), ..row });
         }
         let model = &fit.model;
         let predict = |row: &Row| Some((row.power, row.view().predicted(model)?));
         let pairs = data.test.iter().filter_map(|(row, _)| predict(row)).collect();
         let name = if replayed.is_some() { format!("{name}, mass given") } else { name.to_owned() };
-        self.push(row(&name, MassSource::Given, Horizon::Plan, pairs, None));
+        self.push(row(&name, MassSource::Given, Horizon::Plan, pairs));
         Ok(fit)
     }
 
-    /// A model of ours, told the mass, on a floor that adapts.
+    /// A model of ours with the mass given, on a floor that adapts.
     fn add_adapting(
         &mut self,
         context: &Context,
         robot: &Robot,
-        own: &Own,
+        ours: &OurModel,
         fit: &Fit,
         test: &[PathBuf],
         settings: &Settings,
     ) {
-        let name = adapts(own.name);
+        let name = adapts(ours.name);
         let coefficients = fit.coefficients();
         let of = |file: &PathBuf| {
             adapting::ours(context, robot, &coefficients, file, settings.mass_kg, settings.window_s)
         };
         match test.iter().map(of).collect::<Result<Vec<_>>>() {
             Err(error) => self.leave_out(&name, error.to_string()),
-            Ok(pairs) => self.push(Judged {
-                name: &name,
-                source: own.source,
-                mass: MassSource::Given,
-                horizon: Horizon::Second,
-                fit_s: fit.solve_s,
-                parameters: Vec::new(),
-                pairs: pairs.concat(),
-                mass_error_percent: None,
-                weight_seeds: None,
-            }),
+            Ok(pairs) => {
+                let (mass, horizon) = (MassSource::Given, Horizon::Second);
+                self.push(Judged::of(&name, ours.source, mass, horizon, fit.solve_s, pairs.concat()));
+            }
         }
     }
 
-    /// A baseline; one that takes the mass also without being told.
+    /// A baseline; one that takes the mass also without it.
     fn add_baseline(&mut self, card: &Card, evaluation: Evaluation, test: &[Point]) {
-        let Evaluation { fit_s, parameters, pairs, found, adapted, masses, weight_seeds } = evaluation;
+        let Evaluation { fit_s, parameters, pairs, without_mass, adapted, masses, weight_seeds } = evaluation;
         let error = |masses: Vec<f64>| {
             let errors = masses.iter().zip(test).map(|(mass, point)| 100.0 * (mass / point.mass - 1.0).abs());
             mean(errors)
         };
         self.push(Judged {
-            name: card.name,
-            source: card.source,
-            mass: MassSource::of(card),
-            horizon: Horizon::of(card),
-            fit_s,
             parameters,
-            pairs,
             mass_error_percent: masses.and_then(error),
             weight_seeds,
+            ..Judged::of(card.name, card.source, MassSource::of(card), Horizon::of(card), fit_s, pairs)
         });
         if let Some(pairs) = adapted {
-            self.push(Judged {
-                name: &adapts(card.name),
-                source: card.source,
-                mass: MassSource::of(card),
-                horizon: Horizon::Second,
-                fit_s,
-                parameters: Vec::new(),
-                pairs,
-                mass_error_percent: None,
-                weight_seeds: None,
-            });
+            let (name, mass) = (adapts(card.name), MassSource::of(card));
+            self.push(Judged::of(&name, card.source, mass, Horizon::Second, fit_s, pairs));
         }
-        if let Some(found) = found {
+        if let Some(without) = without_mass {
+            let (name, mass) = (format!("{}, mass found", card.name), MassSource::Estimated);
             self.push(Judged {
-                name: &format!("{}, mass found", card.name),
-                source: card.source,
-                mass: MassSource::Estimated,
-                horizon: Horizon::Second,
-                fit_s,
-                parameters: Vec::new(),
-                pairs: found.pairs,
-                mass_error_percent: error(found.masses),
-                weight_seeds: None,
+                mass_error_percent: error(without.masses),
+                ..Judged::of(&name, card.source, mass, Horizon::Second, fit_s, without.pairs)
             });
         }
     }
 
     fn push(&mut self, judged: Judged<'_>) {
         let Judged { name, source, mass, horizon, fit_s, parameters, mut pairs, .. } = judged;
-        // No prediction, no sample: the entry tells how many there are.
+        // A row without a prediction is no sample: the entry counts samples.
         pairs.retain(|(_, predicted)| !predicted.is_nan());
         let mut metrics = Metrics::new(self.floor_w);
         for (measured, predicted) in &pairs {

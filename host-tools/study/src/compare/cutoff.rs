@@ -1,10 +1,10 @@
 //! The filter's cutoff, chosen by models of the literature: ours has no vote.
 //!
-//! A high cutoff lets noise through, a low one smears what a model could have followed. Each
-//! candidate filters the training logs; one model of each of four families is fitted, and the means
-//! of its residual over a second are taken, which every cutoff passes alike. Of each model these
-//! are held against its own best; the lowest cutoff whose geometric mean over the models is within
-//! a hundredth of the least is taken. A cutoff in the robot's file comes first.
+//! A high cutoff lets noise through, a low one smears motion that a model could follow. Each
+//! candidate filters the training logs, and one model of each of four families is fitted. The means
+//! of its residual over a second count, which every cutoff passes alike, relative to the model's
+//! best. The lowest cutoff whose geometric mean over the models is within a hundredth of the least
+//! is chosen. A cutoff in the robot's file comes first.
 
 use std::path::PathBuf;
 
@@ -30,11 +30,10 @@ const MOST_POINTS: usize = 8_000;
 /// An error within this share of the least is as good.
 const AS_GOOD: f64 = 0.01;
 
-/// Who decides: one of each family that has a quick fit and any wheels.
+/// The voters: one of each family with a quick fit for any wheels.
 const VOTERS: [&Card; 4] = [&JARAMILLO, &TOUZOUT, &LINEAR, &SADRPOUR_OFFLINE];
 
-/// The cutoff for these training logs, Hz. `training` leaves of the points those that may be looked
-/// at.
+/// The cutoff for these training logs, Hz. `training` keeps the points that may be used.
 ///
 /// # Errors
 /// A log that cannot be read, or a robot with impossible dimensions.
@@ -88,9 +87,9 @@ fn residual(robot: &Robot, card: &Card, points: &[Point]) -> f64 {
     let indices: Vec<usize> = (0..points.len()).collect();
     let seconds: Vec<f64> = indices
         .chunk_by(|a, b| second(a) == second(b))
-        .map(|own| {
-            let sum: f64 = own.iter().map(|index| points[*index].power - predicted[*index]).sum();
-            (sum / own.len() as f64).abs()
+        .map(|second| {
+            let sum: f64 = second.iter().map(|index| points[*index].power - predicted[*index]).sum();
+            (sum / second.len() as f64).abs()
         })
         .collect();
     seconds.iter().sum::<f64>() / seconds.len() as f64

@@ -1,14 +1,14 @@
-//! How much later the power is than the speeds, found from the training logs by a rule that no
-//! model owns.
+//! The delay of the power after the speeds, chosen from the training logs by a rule that belongs to
+//! no model.
 //!
-//! The power is regressed on all products of up to two of speed, turn rate, their derivatives along
-//! the way and the mass, for every delay on a grid; the shortest delay whose error is not more than
-//! a hundredth above the least is taken, for every model alike.
+//! For every delay on a grid, the power is regressed on all products of up to two of speed, turn
+//! rate, their derivatives along the path and the mass. The shortest delay whose error is at most a
+//! hundredth above the least is taken for every model.
 
 use crate::baselines::Point;
 use crate::baselines::regression::{least_squares, weigh};
 
-/// The longest delay that is tried, s: longer ones are not a sensor's or a drive's.
+/// The longest delay that is tried, s: no sensor or drive has a longer one.
 const LONGEST_S: f64 = 0.5;
 
 /// Steps are no shorter than this, s.
@@ -20,7 +20,7 @@ const AS_GOOD: f64 = 0.01;
 /// Points that take part, evenly over the whole.
 const MOST_POINTS: usize = 20_000;
 
-/// By how much the power is later than the motion, s.
+/// The delay of the power after the motion, s.
 pub(super) fn choose(points: &[Point]) -> f64 {
     let periods = points.windows(2).filter(|pair| pair[0].run == pair[1].run);
     let period_s = periods.map(|pair| pair[1].time - pair[0].time).find(|period| *period > 0.0);
@@ -34,8 +34,8 @@ pub(super) fn choose(points: &[Point]) -> f64 {
     shifts[place] as f64 * period_s
 }
 
-/// RMS of what the regression leaves when the power of so many points later is taken; over the
-/// points that have one `most` later.
+/// RMS residual of the regression with the power of `shift` points later, over the points that have
+/// one `most` later.
 fn error(points: &[Point], shift: usize, most: usize) -> f64 {
     let thinned = points.len().div_ceil(MOST_POINTS).max(1);
     let within = |&index: &usize| points[index].run == points[index + most].run;
@@ -81,7 +81,7 @@ mod tests {
     use crate::baselines::Point;
     use crate::baselines::testing::{PERIOD_S, drive};
 
-    /// Power of its own motion, so many points later, with the scatter of a sensor.
+    /// Power delayed by so many points, with a sensor's scatter.
     fn late(points: usize) -> Vec<Point> {
         let now =
             |point: &Point| 1.0 + 4.0 * point.speed.vx.abs() * point.mass + 0.3 * point.speed.omega.abs();

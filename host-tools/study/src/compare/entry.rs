@@ -1,5 +1,4 @@
-//! One row of a comparison: what a model was told, how good it is, and what it is fair to hold it
-//! against.
+//! One row of a comparison: a model's inputs, its quality, and a fair yardstick.
 
 use serde::Serialize;
 
@@ -11,7 +10,7 @@ use crate::baselines::{Card, Parameter};
 pub enum MassSource {
     /// From the log: the truth.
     Given,
-    /// It found it itself, from speed and power.
+    /// It estimated it from speed and power.
     Estimated,
     /// It has no use for it.
     Unused,
@@ -37,11 +36,11 @@ impl MassSource {
     }
 }
 
-/// Whether a prediction uses power that was measured on the test drive itself, and how far behind.
+/// Whether a prediction uses power measured on the test drive, and how old.
 ///
-/// Power changes slowly beside a sample period: whoever has seen the last sample starts ahead of
-/// whoever has a plan only. So every row says which it is, and stands beside what persistence (the
-/// power of that long ago) reaches.
+/// Power changes slowly relative to a sample period: a model that sees the last sample starts ahead
+/// of one with a plan only. So every row gives its horizon, with the R² of persistence (the power
+/// of that long ago).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Horizon {
@@ -63,7 +62,7 @@ impl Horizon {
         }
     }
 
-    /// That of a baseline that is told the mass, or has no use for it.
+    /// That of a baseline whose mass is given or unused.
     pub fn of(card: &Card) -> Self {
         if card.learns_while_driving() { Self::Sample } else { Self::Plan }
     }
@@ -99,7 +98,7 @@ pub struct Entry {
     pub mape_percent: Option<f64>,
     /// W
     pub rmse_w: f64,
-    /// Mean size of the error of the mass that it found, %; null where it finds none.
+    /// Mean size of the error of its estimated mass, %; null where it estimates none.
     pub mass_error_percent: Option<f64>,
     /// Share of test samples above the floor.
     pub mape_share: f64,

@@ -16,7 +16,7 @@ use super::points::Wanted;
 use super::search::{Searched, search};
 use crate::baselines::{Baseline, Card, Layout, Need, Parameter, Point};
 
-/// What came of one baseline.
+/// The results of one baseline.
 pub struct Evaluation {
     /// Time to fit, s.
     pub fit_s: f64,
@@ -25,20 +25,20 @@ pub struct Evaluation {
     /// Measured and predicted power of every test point; NaN predicted where a reading that it
     /// needs has no value.
     pub pairs: Vec<Pair>,
-    /// The same without being told the mass, where the model takes it and a search was asked for.
-    pub found: Option<Found>,
+    /// The same without the mass, if the model takes it and a search was requested.
+    pub without_mass: Option<WithoutMass>,
     /// The mass of every test point as the model itself estimates it, kg; NaN where it does not
     /// know.
     pub masses: Option<Vec<f64>>,
-    /// Measured and predicted power of every test point where the floor adapts, if that was asked
-    /// for and the model does not learn while it drives anyway.
+    /// Measured and predicted power of every test point on a floor that adapts, if requested.
+    /// `None` for a model that learns while it drives.
     pub adapted: Option<Vec<Pair>>,
-    /// Of a network; what else is here is of the median one.
+    /// Of a network; the other fields are of the median one.
     pub weight_seeds: Option<WeightSeeds>,
 }
 
-/// What a model that takes the mass reaches without being told.
-pub struct Found {
+/// A model that takes the mass, with an estimated one.
+pub struct WithoutMass {
     /// Measured and predicted power of every test point; NaN predicted where no mass is known yet.
     pub pairs: Vec<Pair>,
     /// The mass taken for every test point, kg; NaN where none is known yet.
@@ -54,7 +54,7 @@ pub struct MassSearch {
     pub window_s: f64,
 }
 
-/// What is asked of a model beside its power at the mass that is told.
+/// Further requests beside the power at the given mass.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Beside {
     /// Its power at a mass that is searched for, if it takes one.
@@ -104,7 +104,7 @@ pub fn evaluate(
     });
     let median = done.swap_remove((done.len() - 1) / 2);
 
-    // Back to all points: those that the log does not tell have no prediction.
+    // Back to all points: those without a value have no prediction.
     let everywhere = |told: &[f64]| -> Vec<f64> {
         let mut told = told.iter();
         let mut next = |point: &Point| {
@@ -115,10 +115,10 @@ pub fn evaluate(
     let pairs = |predicted: &[f64]| -> Vec<Pair> {
         test.iter().map(|point| point.power).zip(everywhere(predicted)).collect()
     };
-    let found = match beside.masses.filter(|_| card.takes_mass) {
+    let without_mass = match beside.masses.filter(|_| card.takes_mass) {
         Some(MassSearch { range, window_s }) => {
             let Searched { masses, predicted } = search(&*median.model, &told_test, range, window_s)?;
-            Some(Found { pairs: pairs(&predicted), masses: everywhere(&masses) })
+            Some(WithoutMass { pairs: pairs(&predicted), masses: everywhere(&masses) })
         }
         None => None,
     };
@@ -131,7 +131,7 @@ pub fn evaluate(
         fit_s: median.fit_s,
         parameters: median.model.parameters(),
         pairs: pairs(&median.predicted),
-        found,
+        without_mass,
         adapted,
         masses: median.model.masses(&told_test)?.map(|masses| everywhere(&masses)),
         weight_seeds,
@@ -162,12 +162,12 @@ fn run(mut model: Box<dyn Baseline>, training: &[Point], test: &[Point]) -> Resu
     Ok(Run { model, fit_s, predicted, rmse_w, r2 })
 }
 
-/// Whether the log tells everything at this point that the baseline needs.
+/// Whether the log has every value that the baseline needs at this point.
 fn is_told(robot: &Robot, card: &Card, point: &Point) -> bool {
     card.needs.iter().all(|need| need.values(robot, &point.readings).into_iter().all(f64::is_finite))
 }
 
-/// The points that tell everything; at least half of them have to.
+/// The points with every value; at least half of them have to.
 fn told<'a>(robot: &Robot, card: &Card, points: &'a [Point], what: &str) -> Result<Cow<'a, [Point]>> {
     if points.iter().all(|point| is_told(robot, card, point)) {
         return Ok(Cow::Borrowed(points));
@@ -188,7 +188,7 @@ fn told<'a>(robot: &Robot, card: &Card, points: &'a [Point], what: &str) -> Resu
     Err(Error::failed(format!("{named} has no value in {missing} of {all} {what} rows")))
 }
 
-/// Whether a baseline can be had for this robot and these logs.
+/// Whether a baseline is available for this robot and these logs.
 ///
 /// # Errors
 /// Why not: the wheels' layout, or the columns that the logs lack.
@@ -205,8 +205,7 @@ pub fn allowed(robot: &Robot, card: &Card, wanted: &Wanted) -> Result<()> {
     Err(Error::failed(format!("the logs have no {}", lacking.join(", "))))
 }
 
-/// [`evaluate`] of every card, in their order. Nothing of it depends on the number of cores but the
-/// time.
+/// [`evaluate`] for every card, in their order. The number of cores changes only the time.
 pub fn evaluate_all(
     context: &Context,
     robot: &Robot,

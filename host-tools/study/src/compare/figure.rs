@@ -8,11 +8,11 @@ use super::entry::MassSource;
 /// Bins of the figure over the range of the measured power.
 const BINS: f64 = 30.0;
 
-/// Most curves that a figure takes: as many as there are colours that everybody tells apart.
+/// Most curves in a figure: as many as there are colours that everybody distinguishes.
 const MOST_CURVES: usize = 7;
 
 impl Comparison {
-    /// Predicted against measured power; where nobody chose the models, of the best and ours only.
+    /// Predicted against measured power; with `choose`, of the best models and ours only.
     pub fn figure(&self, choose: bool) -> Page {
         let highest = self.pairs.iter().flatten().map(|(measured, _)| *measured).fold(0.0, f64::max);
         let mut drawn: Vec<usize> = (0..self.entries.len())

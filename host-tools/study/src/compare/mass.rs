@@ -1,4 +1,4 @@
-//! What has to be said of masses before a table of models can be read.
+//! Notices about masses that a table of models needs.
 
 use std::path::PathBuf;
 
@@ -6,12 +6,12 @@ use logs::{Header, MASS};
 use support::context::Context;
 use support::error::Result;
 
-use super::own::OWN;
+use super::ours::OURS;
 use super::settings::Settings;
 use crate::baselines::{self, Point};
 use logs::robot::Robot;
 
-/// Names each log that does not tell its mass, and the mass that is taken for it.
+/// Names each log without a mass, and the mass taken for it.
 ///
 /// # Errors
 /// A log cannot be read.
@@ -25,8 +25,7 @@ pub(super) fn tell_taken(context: &Context, robot: &Robot, files: &[PathBuf], ma
     Ok(())
 }
 
-/// Says so where models take a mass that all training was at one other value of: what they say of
-/// it, no data have told.
+/// Warns if models take a mass that was another single value in all training: they extrapolate.
 pub(super) fn tell_extrapolation<'a>(
     context: &Context,
     settings: &Settings,
@@ -34,7 +33,7 @@ pub(super) fn tell_extrapolation<'a>(
     test: impl Iterator<Item = &'a Point>,
 ) {
     let takes = |name: &&str| {
-        OWN.iter().any(|own| own.name == *name)
+        OURS.iter().any(|model| model.name == *name)
             || baselines::every().any(|card| card.takes_mass && card.name == *name)
     };
     let [only] = masses(training)[..] else { return };
@@ -48,7 +47,7 @@ pub(super) fn tell_extrapolation<'a>(
     }
 }
 
-/// To the gram, as a fit tells payloads apart.
+/// To the gram, as a fit distinguishes payloads.
 pub(super) fn same(one: f64, other: f64) -> bool {
     (one - other).abs() < 1e-3
 }

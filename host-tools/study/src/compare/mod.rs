@@ -1,8 +1,8 @@
 //! Every model and baseline on the same split.
 //!
-//! Nothing here is chosen for our model alone: the filter's cutoff by models of the literature
-//! (`cutoff`), the delay between speeds and power by a regression that is nobody's (`delay`), and a
-//! model that takes the mass has a row in which it finds it ([`search`]).
+//! Nothing here is chosen for our model alone. Models of the literature choose the filter's cutoff
+//! (`cutoff`). A neutral regression chooses the delay between speeds and power (`delay`). A model
+//! that takes the mass also has a row with an estimated one ([`search`]).
 
 mod adapting;
 mod comparison;
@@ -12,7 +12,7 @@ mod entry;
 mod evaluate;
 mod figure;
 mod mass;
-mod own;
+mod ours;
 mod persistence;
 pub mod points;
 mod search;
@@ -21,8 +21,8 @@ mod split;
 
 pub use self::comparison::{Comparison, compare};
 pub use self::entry::{Entry, Horizon, LeftOut, MassSource, Pair, WeightSeeds};
-pub use self::evaluate::{Beside, Evaluation, Found, MassSearch, allowed, evaluate, evaluate_all};
-pub use self::own::{OWN, Own, names};
+pub use self::evaluate::{Beside, Evaluation, MassSearch, WithoutMass, allowed, evaluate, evaluate_all};
+pub use self::ours::{OURS, OurModel, names};
 pub use self::persistence::persistence_r2;
 pub use self::search::{Searched, search};
 pub use self::settings::Settings;

@@ -1,4 +1,4 @@
-//! The yardstick of every prediction that has seen power: that nothing changes.
+//! Persistence: the prediction that power does not change. A yardstick for models that see power.
 
 use support::metrics::Metrics;
 
@@ -28,15 +28,15 @@ mod tests {
     use super::persistence_r2;
     use crate::baselines::testing::drive;
 
-    /// A sine of ω = 1 rad/s at a lag τ: the mean square of the difference over the variance is 2
-    /// (1 − cos τ), over whole periods.
+    /// A sine of ω = 1 rad/s at a horizon τ: the mean square of the difference over the variance is
+    /// 2 (1 − cos τ), over whole periods.
     #[test]
     fn a_sine_persists_as_its_autocorrelation() {
         let points = drive(20_000, |point| 5.0 + point.time.sin());
-        for lag in [0.05_f64, 1.0, 2.0] {
-            let expected = 1.0 - 2.0 * (1.0 - lag.cos());
-            let found = persistence_r2(&points, lag).unwrap();
-            assert!((found - expected).abs() < 0.01, "{lag}: {found} {expected}");
+        for horizon_s in [0.05_f64, 1.0, 2.0] {
+            let expected = 1.0 - 2.0 * (1.0 - horizon_s.cos());
+            let r2 = persistence_r2(&points, horizon_s).unwrap();
+            assert!((r2 - expected).abs() < 0.01, "{horizon_s}: {r2} {expected}");
         }
     }
 

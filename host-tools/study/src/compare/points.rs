@@ -1,4 +1,4 @@
-//! Logs as baselines read them: the rows of the fit, and what only some logs tell, behind the same
+//! Logs as baselines read them: the rows of the fit, and columns of some logs, after the same
 //! filter.
 
 use std::f64::consts::TAU;
@@ -15,7 +15,7 @@ use support::error::{Error, Result};
 
 use crate::baselines::{Need, Point, Readings};
 
-/// What is wanted of a log beside speeds and power, and in which columns it is.
+/// Needs beside speeds and power, and their columns.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Wanted {
     needs: Vec<Need>,
@@ -23,7 +23,7 @@ pub struct Wanted {
 }
 
 impl Wanted {
-    /// What all of these logs tell.
+    /// The needs that all of these logs meet.
     ///
     /// # Errors
     /// A log cannot be read.
@@ -38,7 +38,7 @@ impl Wanted {
         Ok(Self { needs, columns })
     }
 
-    /// Whether the logs tell this.
+    /// Whether the logs meet this need.
     pub fn has(&self, need: Need) -> bool {
         self.needs.contains(&need)
     }
@@ -82,7 +82,7 @@ pub fn read(
     read_telling(context, robot, core, files, mass_kg, (wanted, stride), |_, _| ())
 }
 
-/// The same; `excluded` is told of every log what of it cannot be used.
+/// The same; `excluded` receives every log's unusable rows.
 pub(super) fn read_telling(
     context: &Context,
     robot: &Robot,
@@ -133,7 +133,7 @@ struct Reading {
     value: Option<f64>,
     /// Since its last value, sample periods.
     age: f64,
-    /// An angle that jumps by a turn where it has gone around: the filter has to see it go on.
+    /// Unwraps an angle: the filter has to see it continue.
     turns: bool,
     last: f64,
 }
@@ -142,9 +142,9 @@ struct Reading {
 const HEADINGS: [&str; 1] = ["slope_heading_rad"];
 
 impl Reading {
-    /// The filtered value, so many sample periods after the row before. An empty field leaves it as
-    /// it was for as long as a hole in the log would; then nothing is known until the column goes
-    /// on, and the filter starts afresh there.
+    /// The filtered value, so many sample periods after the previous row. An empty field keeps the
+    /// value for as long as a gap in the log may last. After that the value is unknown until the
+    /// column continues, and the filter restarts there.
     fn step(&mut self, filter: &LowPass<f64>, value: f64, elapsed: f64) -> f64 {
         self.age += elapsed;
         if self.age > GAP_PERIODS {
@@ -170,8 +170,8 @@ impl Reading {
 mod tests {
     use super::*;
 
-    /// From 3.1 to −3.1 is 0.083 rad on, not 6.2 back: the filter ends at 2π − 3.1, having stayed
-    /// between the two. After a gap it begins anew where the log says.
+    /// From 3.1 to −3.1 is 0.083 rad on, not 6.2 back: the filter ends at 2π − 3.1, and stays
+    /// between the two. After a gap it restarts at the log's value.
     #[test]
     fn a_heading_goes_on_past_half_a_turn() {
         let filter = LowPass::new(1.0, 0.05).unwrap();
@@ -185,8 +185,7 @@ mod tests {
         assert!((reading.step(&filter, -3.1, f64::INFINITY) + 3.1).abs() < 1e-9);
     }
 
-    /// Held over five empty rows, unknown from the sixth on; then anew from what the log says, with
-    /// nothing of before.
+    /// Held over five empty rows, unknown from the sixth on; then a restart without memory.
     #[test]
     fn an_empty_column_is_held_no_longer_than_a_gap() {
         let filter = LowPass::new(1.0, 0.05).unwrap();

@@ -1,9 +1,9 @@
-//! The mass of a model that takes it, found as ours is: by a search over the latest window.
+//! Estimates the mass of a model that takes it, as ours does: by a search over the latest window.
 //!
-//! Every second, the mass at which the model's power over the last window is nearest to the
-//! measured one (least squares; a grid over the robot's masses, then the parabola through the best
-//! three) is taken for the second that follows. So any model with a mass as its input is an
-//! estimator of the mass, too, and predicts without being told it.
+//! Every second, the mass is chosen at which the model's power over the last window is nearest to
+//! the measured one (least squares; a grid over the robot's masses, then the parabola through the
+//! best three). It is used for the second that follows. So any model with a mass as its input
+//! estimates the mass, too, and predicts without knowing it.
 
 use support::error::Result;
 
@@ -12,7 +12,7 @@ use crate::baselines::{Baseline, Point};
 /// Masses on the grid.
 const GRID: usize = 41;
 
-/// What a search has found.
+/// The result of a search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Searched {
     /// The mass taken for each point, kg; NaN before the first full window of a run.
@@ -42,10 +42,10 @@ pub fn search(model: &dyn Baseline, points: &[Point], range: (f64, f64), window_
     let mut first = 0;
     for run in points.chunk_by(|a, b| a.run == b.run) {
         let mut seconds: Vec<[f64; GRID]> = Vec::new();
-        for own in run.chunk_by(|a, b| second(a) == second(b)) {
+        for points in run.chunk_by(|a, b| second(a) == second(b)) {
             let known = latest(&seconds, window).map_or(f64::NAN, |costs| lowest(&costs, range.0, step));
-            masses.extend(std::iter::repeat_n(known, own.len()));
-            let last = first + own.len();
+            masses.extend(std::iter::repeat_n(known, points.len()));
+            let last = first + points.len();
             seconds.push(std::array::from_fn(|place| costs[place][first..last].iter().sum()));
             first = last;
         }
@@ -109,14 +109,14 @@ mod tests {
     #[test]
     fn finds_the_mass_of_its_own_data() {
         let (model, points) = planned();
-        let found = search(&*model, &points, (1.0, 6.0), 10.0).unwrap();
-        for (point, mass) in points.iter().zip(&found.masses) {
+        let searched = search(&*model, &points, (1.0, 6.0), 10.0).unwrap();
+        for (point, mass) in points.iter().zip(&searched.masses) {
             let settled = (10.0..40.0).contains(&point.time) || point.time >= 50.0;
             assert!(mass.is_nan() == (point.time < 10.0), "{}: {mass}", point.time);
             assert!(!settled || (mass - point.mass).abs() < 1e-6, "{}: {mass}", point.time);
         }
         let settled = points.iter().position(|point| point.time >= 51.0).unwrap();
-        assert!((found.predicted[settled] - points[settled].power).abs() < 1e-6);
+        assert!((searched.predicted[settled] - points[settled].power).abs() < 1e-6);
     }
 
     /// A second is predicted by what was measured before it.

@@ -1,4 +1,4 @@
-//! Logs divided into what is fitted and what is evaluated.
+//! Logs divided into training and test.
 
 use std::path::{Path, PathBuf};
 
@@ -27,7 +27,7 @@ pub enum Split {
         /// Logs to evaluate.
         test: Vec<PathBuf>,
     },
-    /// Blocks of time of the same logs, every so many a test block.
+    /// Blocks of time of the same logs: every [`HOLD_OUT`]-th is a test block.
     Blocks {
         /// The logs.
         files: Vec<PathBuf>,
@@ -43,8 +43,7 @@ pub const BLOCK_S: f64 = 5.0;
 /// One in this many blocks is held out.
 pub const HOLD_OUT: i64 = 3;
 
-/// Training rows as a dataset and as points, test rows behind the same filter and with the same
-/// delay.
+/// Training rows as a dataset and as points; test rows with the same filter and delay.
 pub(super) struct Data {
     pub(super) wanted: Wanted,
     pub(super) train: Dataset,
@@ -84,7 +83,7 @@ impl Data {
         let plain = core;
         let mut train = dataset(context, robot, &plain, gyro, files, &reading, &held_out)?;
         let core = train.robot.clone();
-        // The fit has told already what it excluded.
+        // The fit has already reported its exclusions.
         let read = points::read(context, robot, &core, files, settings.mass_kg, &wanted, train.stride)?;
         let (training, test) = match split {
             Split::Files { test, .. } => {
@@ -115,7 +114,7 @@ impl Data {
             }
         };
         let training = training.into_iter().map(|(_, point)| point).collect();
-        // A log that is refused says no more than why.
+        // Only after logs were accepted: a refusal stands alone.
         mass::tell_taken(context, robot, &all, settings.mass_kg)?;
         Ok(Self { wanted, train, training, test, plain })
     }
@@ -133,7 +132,7 @@ impl Data {
     }
 }
 
-/// Logs as the signed model takes them: the delay is every model's, other terms are its own.
+/// Logs for the signed model: the delay is every model's, other terms are its own.
 fn dataset(
     context: &Context,
     robot: &Robot,
@@ -153,7 +152,7 @@ fn dataset(
 }
 
 impl Split {
-    /// What of the training logs' points may be looked at before models are judged: all but the
+    /// The points of the training logs that may be used before models are judged: all but the
     /// blocks held out.
     fn training(&self, mut points: Vec<Point>) -> Vec<Point> {
         if let Self::Blocks { block_s, .. } = self {

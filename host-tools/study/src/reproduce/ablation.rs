@@ -106,13 +106,13 @@ impl Variant {
                 .map(|rows| self.bucket(&roots, rows, beta))
                 .collect();
             let total = payload::total::<f64, _, _>([&buckets]);
-            let (Some(first), Some(found)) =
+            let (Some(first), Some(estimate)) =
                 (rows.others().first(), roots.estimate_of(&total, [&buckets], 1.0).known())
             else {
                 continue;
             };
             if rows.others().iter().all(|row| row.mass == first.mass) {
-                sum += 100.0 * (found.mass / first.mass - 1.0).abs();
+                sum += 100.0 * (estimate.mass / first.mass - 1.0).abs();
                 count += 1.0;
             }
         }

@@ -83,7 +83,7 @@ impl Fitted<'_> {
         Kept { mass: mass_kg, ..row.view() }.predicted(&self.coefficients.model).unwrap_or(f64::NAN)
     }
 
-    /// P̂ of a log whose mass it is told, as a curve.
+    /// P̂ of a log with the mass given, as a curve.
     pub(super) fn told(&self, log: &Log) -> Followed {
         Followed {
             method: self.contender.name.to_owned(),
@@ -101,8 +101,8 @@ impl Fitted<'_> {
                 instants.push(*now)
             })?;
         if instants.len() != log.rows.len() {
-            let (found, expected) = (instants.len(), log.rows.len());
-            return Err(Error::failed(format!("{found} estimates for {expected} rows")).in_file(&log.file));
+            let (count, expected) = (instants.len(), log.rows.len());
+            return Err(Error::failed(format!("{count} estimates for {expected} rows")).in_file(&log.file));
         }
         Ok((replayed, instants))
     }
@@ -146,7 +146,7 @@ impl Log {
         Ok(Self { file: file.to_owned(), rows, points })
     }
 
-    /// Its masses in order, kg, each with the first and behind the last of its rows.
+    /// Its masses in order, kg, each with its first row and the one after its last.
     pub(super) fn tasks(&self) -> Vec<Task> {
         let mut tasks: Vec<Task> = Vec::new();
         for (index, row) in self.rows.iter().enumerate() {
@@ -158,7 +158,7 @@ impl Log {
         tasks
     }
 
-    /// What fitted contenders make of it, each under a policy of its own.
+    /// The fitted contenders on this log, each with its policy.
     pub(super) fn course(
         &self,
         fitted: &[Fitted<'_>],

@@ -1,4 +1,4 @@
-//! A log over time, what methods made of it, and the panels that several figures share.
+//! A log over time, the methods' predictions, and the panels that several figures share.
 
 use report::{Band, Colour, Line, Stroke, TimeSeries, Validated, Validation, palette};
 
@@ -17,7 +17,7 @@ pub(super) struct Trace {
     pub(super) truth_kg: Vec<f64>,
 }
 
-/// What a method made of a log, sample by sample of its [`Trace`]; NaN where it does not know.
+/// A method's predictions of a log, sample by sample of its [`Trace`]; NaN where unknown.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Followed {
     /// The method, as tables name it.
@@ -57,7 +57,7 @@ pub(super) fn speeds(title: &str, Course { trace, .. }: &Course) -> TimeSeries {
     }
 }
 
-/// What ours and the paper's predict, ours on top, and thinly over it the measured power.
+/// Predictions of ours and the paper's, ours on top; the measured power thin above them.
 pub(super) fn powers(title: &str, Course { trace, methods }: &Course, colours: &Colours) -> TimeSeries {
     let measured = Line::over("measured", &trace.time_s, &trace.measured_w, black(), Stroke::Faint);
     let predicted = methods.iter().take(2).rev().map(|method| {
@@ -89,12 +89,12 @@ pub(super) fn masses(title: &str, Course { trace, methods }: &Course, colours: &
     let line = |name: &str, values: &[f64], colour: Colour, stroke| {
         Line::over(name, &trace.time_s, values, colour, stroke)
     };
-    let found = known
+    let estimates = known
         .iter()
         .rev()
         .map(|method| line(&method.method, &method.mass_kg, colours.get(&method.method), Stroke::Solid));
-    // Of the masses themselves: the interval of a window that has just begun would leave nothing
-    // else to see.
+    // The range follows the masses: the interval of a window that has just begun would hide
+    // everything else.
     let values = known.iter().flat_map(|method| &method.mass_kg).chain(&trace.truth_kg);
     let ends = values.copied().filter(|mass| mass.is_finite()).fold(None, |ends, mass| match ends {
         None => Some((mass, mass)),
@@ -105,7 +105,7 @@ pub(super) fn masses(title: &str, Course { trace, methods }: &Course, colours: &
         y_label: "total mass (kg)".to_owned(),
         y_range: ends.map(|(low, high)| (low - 0.05 * (high - low), high + 0.05 * (high - low))),
         bands: bands.collect(),
-        lines: found.chain([line("truth", &trace.truth_kg, black(), Stroke::Dashed)]).collect(),
+        lines: estimates.chain([line("truth", &trace.truth_kg, black(), Stroke::Dashed)]).collect(),
     }
 }
 

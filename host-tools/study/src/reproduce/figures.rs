@@ -1,5 +1,4 @@
-//! The paper's figures as data: what each shows, in panels of series and axes; the same for the
-//! page and for files.
+//! The paper's figures as data, in panels of series and axes, for the page and for files.
 
 use report::{
     Bars, Binned, Curve, Curves, Gaussian, Histogram, Line, Marks, Page, Panel, Stroke, TimeSeries, palette,
@@ -31,7 +30,7 @@ pub(super) struct Figure {
 
 /// What figures are drawn from.
 pub(super) struct Sources<'a> {
-    /// Every contender on any drives; gentle ones behind.
+    /// Every contender on any drives, then on gentle ones.
     pub(super) simulation: &'a [(String, [Spread; 5])],
     /// Training, test with a known change, test with a moving window.
     pub(super) section6: &'a [Course; 3],
@@ -59,9 +58,9 @@ pub(super) fn all(sources: &Sources<'_>) -> Vec<Figure> {
         caption,
         page: Page::new(panels).with_panels_of(1000, height),
     };
-    let own = &simulation[..CONTENDERS.len().min(simulation.len())];
+    let contenders = &simulation[..CONTENDERS.len().min(simulation.len())];
     let each = |of: &dyn Fn(&str, &[Spread; 5]) -> String| -> String {
-        let all: Vec<String> = own.iter().map(|(name, figures)| of(name, figures)).collect();
+        let all: Vec<String> = contenders.iter().map(|(name, figures)| of(name, figures)).collect();
         all.join(", ")
     };
     let (mean, std) = rails.gaussian_w;
@@ -251,7 +250,7 @@ fn static_power(rails: &Rails) -> Histogram {
     )
 }
 
-/// One figure over the windows' lengths: its place in a row, and in what is published behind the
+/// One figure over the windows' lengths: its place in a row, and in what is published after the
 /// length.
 fn over_windows(
     title: &str,
@@ -261,8 +260,8 @@ fn over_windows(
     place: (usize, usize),
 ) -> Curves {
     let curve = |method: &'static str| {
-        let own = rows.iter().filter(|row| row.method == method);
-        let points = own.map(|row| {
+        let rows = rows.iter().filter(|row| row.method == method);
+        let points = rows.map(|row| {
             let Spread { mean, low, high, .. } = row.figures[place.0];
             (row.window_s, mean, low, high)
         });
@@ -282,11 +281,11 @@ fn over_windows(
     }
 }
 
-/// Bins, W. The paper's are 0.5 W wide, which would leave three of the regime's power.
+/// Bins, W. The paper's are 0.5 W wide: the regime's power would fill only three.
 const BIN_W: f64 = 0.1;
 
-/// Ours, the paper's and the two that the paper compares with: of all baselines nobody could tell
-/// the curves apart.
+/// Ours, the paper's and the two that the paper compares with: nobody could distinguish the curves
+/// of all baselines.
 fn binned(course: &Course, models: &[ModelRow], colours: &Colours) -> Binned {
     let published = |name: &str| models.iter().any(|row| row.name == name && row.published.is_some());
     let methods = course.methods.iter().enumerate();
@@ -300,7 +299,7 @@ fn binned(course: &Course, models: &[ModelRow], colours: &Colours) -> Binned {
     binned
 }
 
-/// Bars end here: a model that misses by more is simply wrong, and would leave the others flat.
+/// Bars end here: longer ones would flatten the others.
 const MOST_MAPE: f64 = 60.0;
 
 /// The worst on top.
@@ -326,8 +325,8 @@ fn bars(models: &[ModelRow]) -> Bars {
     }
 }
 
-/// What sensing costs against what it saves: over the windows of the middle task; split for the
-/// first method.
+/// Cost of sensing against its savings, over the windows of the middle task; split for the first
+/// method.
 fn prices(
     price: &Price,
     colours: &Colours,
@@ -337,8 +336,8 @@ fn prices(
     let methods = distinct(price.priced.iter().map(|priced| priced.method));
     let middle = tasks.get(tasks.len().saturating_sub(1) / 2).copied().unwrap_or(f64::NAN);
     let curve = |name: &str, colour, method: &str, joules: &dyn Fn(&Priced) -> f64| {
-        let own = price.priced.iter().filter(|priced| priced.task_s == middle && priced.method == method);
-        let points = own.map(|priced| (priced.window_s, joules(priced), f64::NAN, f64::NAN));
+        let tried = price.priced.iter().filter(|priced| priced.task_s == middle && priced.method == method);
+        let points = tried.map(|priced| (priced.window_s, joules(priced), f64::NAN, f64::NAN));
         Curve { name: name.to_owned(), colour, points: points.collect() }
     };
     let curves = |title: String, log, curves: Vec<Curve>, marks: Vec<Marks>| Curves {
@@ -357,8 +356,8 @@ fn prices(
         colour: black(),
         points: best.map(|best| (best.window_s, best.total_j)).collect(),
     };
-    type Part = fn(&Split) -> f64;
-    let parts: [(&str, usize, Part); 5] = [
+    type Share = fn(&Split) -> f64;
+    let shares: [(&str, usize, Share); 5] = [
         ("error before the estimate", 1, |split| split.before_j),
         ("error behind the estimate", 4, |split| split.after_j),
         ("shunt", 3, |split| split.shunt_j),
@@ -366,8 +365,8 @@ fn prices(
         ("computing", 5, |split| split.computing_j),
     ];
     let first = methods.first().copied().unwrap_or("");
-    let parts =
-        parts.map(|(name, colour, part)| curve(name, palette(colour), first, &|priced| part(&priced.split)));
+    let shares = shares
+        .map(|(name, colour, share)| curve(name, palette(colour), first, &|priced| share(&priced.split)));
     figure(
         "price",
         "Price of sensing and computing",
@@ -379,7 +378,7 @@ fn prices(
         360,
         vec![
             curves(format!("(a) Cost of a task of {middle} s"), false, totals.collect(), vec![least]).into(),
-            curves(format!("(b) Its parts, {first}"), true, parts.to_vec(), Vec::new()).into(),
+            curves(format!("(b) Its parts, {first}"), true, shares.to_vec(), Vec::new()).into(),
         ],
     )
 }

@@ -1,17 +1,17 @@
 //! `gmr reproduce`: the paper's figures and tables from simulation, its method and ours side by
 //! side.
 //!
-//! Each section drives and judges its seeds, and makes tables and figures of them: data that
+//! Each section drives and judges its seeds, and returns tables and figures as data, which
 //! [`output`] and `page` render.
 
 mod ablation;
 mod colours;
 mod contender;
 mod course;
+mod electronics;
 mod figures;
 pub mod output;
 mod page;
-mod parts;
 mod price;
 mod print;
 mod recalibration;
@@ -41,10 +41,10 @@ use support::context::Context;
 use support::error::Result;
 
 use self::regime::Rails;
-use self::study::Found;
+use self::study::Outcomes;
 use self::work::{go_on, on_all_cores, temporary_folder};
 
-/// Does all of it, seeds on all cores. `done` hears of every seed that is.
+/// Runs all seeds on all cores. `done` is called after every seed.
 ///
 /// # Errors
 /// A log cannot be written, a contender cannot be fitted, or `stopped` was set meanwhile.
@@ -65,7 +65,7 @@ pub fn run(
     let (section6, (section7, recalibration)) = seeds.into_iter().unzip();
     let rails = Rails::measure(settings.first_seed)?;
     let differences = print::differences(context, &robot, settings, stopped)?;
-    Ok(Study::of(settings, Found { section6, section7, recalibration, rails, differences }))
+    Ok(Study::of(settings, Outcomes { section6, section7, recalibration, rails, differences }))
 }
 
 fn one(

@@ -25,8 +25,7 @@ const FORMATS: [&str; 2] = ["svg", "png"];
 /// What may stand in a folder's place.
 const EXPECTED: &str = "expected a new or empty folder, or an earlier reproduction";
 
-/// Refuses a place that is taken by anything but an earlier reproduction: asked before the long
-/// work.
+/// Refuses a place that holds anything but an earlier reproduction: before the long work.
 ///
 /// # Errors
 /// A file, a folder with anything in it that no reproduction writes, or no folder to put it into.
@@ -34,32 +33,32 @@ pub fn check(folder: &Path) -> Result<()> {
     place(folder).map(|_| ())
 }
 
-/// Where the reproduction goes: behind a link, which stays.
+/// Where the reproduction goes: the target of a link, which stays.
 fn place(folder: &Path) -> Result<PathBuf> {
     let refused = |what: String| Err(Error::failed(format!("{what}; {EXPECTED}")).in_file(folder));
-    let Ok(found) = std::fs::canonicalize(folder) else {
+    let Ok(real) = std::fs::canonicalize(folder) else {
         if folder.is_symlink() {
             return refused("is a link to nothing".to_owned());
         }
         support::output::folder_of(folder)?;
         return Ok(folder.to_owned());
     };
-    if !found.is_dir() {
+    if !real.is_dir() {
         return refused("is not a folder".to_owned());
     }
     let failed = |error: std::io::Error| Error::io(folder, &error);
-    if let Some(foreign) = foreign(&found).map_err(failed)? {
+    if let Some(foreign) = foreign(&real).map_err(failed)? {
         return refused(format!("holds {foreign}, which is not of a reproduction"));
     }
-    if !found.join(STUDY).is_file() && std::fs::read_dir(&found).map_err(failed)?.next().is_some() {
+    if !real.join(STUDY).is_file() && std::fs::read_dir(&real).map_err(failed)?.next().is_some() {
         return refused(format!("holds no {STUDY}"));
     }
-    Ok(found)
+    Ok(real)
 }
 
-/// The first name in the folder, or in its figures, that [`write`] does not give a file.
+/// The first name in the folder, or in its figures, that [`write`] does not make.
 fn foreign(folder: &Path) -> std::io::Result<Option<String>> {
-    let is_file = |path: &Path| std::fs::symlink_metadata(path).is_ok_and(|found| found.is_file());
+    let is_file = |path: &Path| std::fs::symlink_metadata(path).is_ok_and(|file| file.is_file());
     let ours = [INDEX, TABLES, STUDY];
     let mut foreign = Vec::new();
     for (name, path) in entries(folder)? {
@@ -94,8 +93,8 @@ pub fn save(study: &Study, folder: &Path) -> Result<()> {
     let (new, _new) = temporary::folder_in(beside).map_err(refused)?;
     write(study, new.path())?;
     open_to_others(new.path()).map_err(refused)?;
-    // The earlier one goes only when the new one is complete, and comes back if that cannot take
-    // its place.
+    // The earlier one is removed only when the new one is complete, and restored if the new one
+    // cannot take its place.
     let old = tempfile::Builder::new().prefix(".gmr-").tempdir_in(beside).map_err(refused)?;
     let kept = old.path().join("earlier");
     let had = place.exists();
@@ -125,7 +124,7 @@ fn write(study: &Study, folder: &Path) -> Result<()> {
     put(INDEX, &page::text(study)?)
 }
 
-/// A temporary folder is its owner's alone; this one is to be like any other.
+/// A temporary folder is private; this one is to be like any other.
 #[cfg(unix)]
 fn open_to_others(folder: &Path) -> std::io::Result<()> {
     use std::os::unix::fs::PermissionsExt as _;

@@ -1,4 +1,4 @@
-//! The reproduction as one page: what came out on top, then tables and figures in the order of the
+//! The reproduction as one page: the result first, then tables and figures in the order of the
 //! paper.
 
 use maud::{Markup, html};
@@ -11,44 +11,44 @@ use super::standing::{Goal, Standing, Standings};
 use super::study::{INTERVALS, Study};
 use super::table::{Mark, Table, number, with_unit};
 
-/// A part of the page, by its name.
-enum Part {
+/// An item of the page, by its name.
+enum Item {
     Table(&'static str),
     Figure(&'static str),
     /// Where print and derivation differ, in words.
     Differences,
-    /// What the price of sensing comes to, in words.
+    /// The price of sensing, in words.
     Findings,
 }
 
 /// Headings, and what stands below each.
-const SECTIONS: [(&str, &[Part]); 5] = [
+const SECTIONS: [(&str, &[Item]); 5] = [
     (
         "Simulation (Section 6)",
-        &[Part::Table("simulation"), Part::Figure("fig05"), Part::Figure("fig06"), Part::Figure("fig07")],
+        &[Item::Table("simulation"), Item::Figure("fig05"), Item::Figure("fig06"), Item::Figure("fig07")],
     ),
     (
         "Experiment's regime (Section 7)",
         &[
-            Part::Table("goals"),
-            Part::Table("knobs"),
-            Part::Table("nearness"),
-            Part::Figure("fig09"),
-            Part::Figure("fig10"),
-            Part::Figure("fig11"),
-            Part::Figure("fig12"),
-            Part::Table("windows"),
-            Part::Figure("fig13"),
-            Part::Figure("fig14"),
-            Part::Figure("fig15"),
-            Part::Table("models"),
-            Part::Figure("models"),
-            Part::Table("left-out"),
+            Item::Table("goals"),
+            Item::Table("knobs"),
+            Item::Table("nearness"),
+            Item::Figure("fig09"),
+            Item::Figure("fig10"),
+            Item::Figure("fig11"),
+            Item::Figure("fig12"),
+            Item::Table("windows"),
+            Item::Figure("fig13"),
+            Item::Figure("fig14"),
+            Item::Figure("fig15"),
+            Item::Table("models"),
+            Item::Figure("models"),
+            Item::Table("left-out"),
         ],
     ),
-    ("Recalibration (Fig. 4)", &[Part::Table("recalibration")]),
-    ("Price of sensing and computing", &[Part::Findings, Part::Figure("price"), Part::Table("price")]),
-    ("Print against derivation (Eq. 18)", &[Part::Differences, Part::Table("print")]),
+    ("Recalibration (Fig. 4)", &[Item::Table("recalibration")]),
+    ("Price of sensing and computing", &[Item::Findings, Item::Figure("price"), Item::Table("price")]),
+    ("Print against derivation (Eq. 18)", &[Item::Differences, Item::Table("print")]),
 ];
 
 /// The page.
@@ -59,9 +59,9 @@ pub(super) fn text(study: &Study) -> Result<String> {
     let settings = &study.settings;
     let windows: Vec<String> = settings.windows_s.iter().map(ToString::to_string).collect();
     let mut sections = Vec::new();
-    for (title, parts) in SECTIONS {
-        let parts = parts.iter().map(|part| shown(study, part)).collect::<Result<Vec<_>>>()?;
-        sections.push(html! { h2 { (title) } @for part in parts { (part) } });
+    for (title, items) in SECTIONS {
+        let items = items.iter().map(|item| shown(study, item)).collect::<Result<Vec<_>>>()?;
+        sections.push(html! { h2 { (title) } @for item in items { (item) } });
     }
     let body = html! {
         (header(study))
@@ -75,24 +75,24 @@ pub(super) fn text(study: &Study) -> Result<String> {
     Ok(document("gmr reproduce", body))
 }
 
-fn shown(study: &Study, part: &Part) -> Result<Markup> {
-    Ok(match part {
-        Part::Table(name) => {
-            html! { @for found in study.tables.iter().filter(|table| table.name == *name) { (table(found)) } }
+fn shown(study: &Study, item: &Item) -> Result<Markup> {
+    Ok(match item {
+        Item::Table(name) => {
+            html! { @for wanted in study.tables.iter().filter(|table| table.name == *name) { (table(wanted)) } }
         }
-        Part::Figure(name) => match study.figures.iter().find(|figure| figure.name == *name) {
+        Item::Figure(name) => match study.figures.iter().find(|figure| figure.name == *name) {
             Some(Figure { title, caption, page, .. }) => {
                 let drawn = drawing(page, title, &format!("{title}. {caption}"), None)?;
                 html! { div id=(name) { (drawn) } }
             }
             None => html! {},
         },
-        Part::Findings => html! { @for best in &study.price.best { p { (finding(best)) } } },
-        Part::Differences => html! {
+        Item::Findings => html! { @for best in &study.price.best { p { (finding(best)) } } },
+        Item::Differences => html! {
             div class="wide" { table {
                 tr { @for head in ["difference", "print", "derivation", "remark"] { th { (head) } } }
-                @for found in &study.differences {
-                    tr { @for cell in [found.what, found.print, found.derivation, found.remark] { td { (cell) } } }
+                @for difference in &study.differences {
+                    tr { @for cell in [difference.what, difference.print, difference.derivation, difference.remark] { td { (cell) } } }
                 }
             } }
         },
@@ -136,7 +136,7 @@ fn finding(best: &Best) -> String {
     )
 }
 
-/// The top of the page: what came out, good or bad.
+/// The top of the page: the result, good or bad.
 fn header(study: &Study) -> Markup {
     let (standings, seeds) = (&study.standings, study.settings.seeds);
     html! {
@@ -160,14 +160,14 @@ fn header(study: &Study) -> Markup {
 fn goal_tile(goal: &Goal) -> Markup {
     let sign = if goal.at_least { "at least" } else { "at most" };
     let limit = with_unit(goal.limit.to_string(), goal.unit);
-    let found =
-        goal.found.map_or("–".to_owned(), |found| number(found.mean, if goal.at_least { 3 } else { 2 }));
+    let digits = if goal.at_least { 3 } else { 2 };
+    let measured = goal.measured.map_or("–".to_owned(), |spread| number(spread.mean, digits));
     let class = match goal.is_reached() {
         Some(true) => "good",
         Some(false) => "bad",
         None => "",
     };
-    tile(&with_unit(found, goal.unit), &format!("{}; {sign} {limit}: {}", goal.what, goal.words()), class)
+    tile(&with_unit(measured, goal.unit), &format!("{}; {sign} {limit}: {}", goal.what, goal.words()), class)
 }
 
 fn headline(standings: &Standings, goals: &[Goal], seeds: u64) -> String {
@@ -209,8 +209,8 @@ mod tests {
             "Ours is ahead of all 3 models that are not told the mass; 0 of 0 goals reached"
         );
         let lost = Standings { ahead: 3, behind: vec!["quann".to_owned()], ..Standings::default() };
-        let found = headline(&lost, &[], 20);
-        assert!(found.starts_with("Ours is ahead of 3 of 4 models"), "{found}");
+        let text = headline(&lost, &[], 20);
+        assert!(text.starts_with("Ours is ahead of 3 of 4 models"), "{text}");
         let said = [1, 5, 6].map(|seeds| headline(&all, &[], seeds));
         assert_eq!(said[0], "One seed: no intervals, nothing can be told apart; 0 of 0 goals reached");
         assert_eq!(said[1], "5 seeds are too few to tell models apart; 0 of 0 goals reached");

@@ -1,18 +1,17 @@
-//! What sensing and computing cost against what they save, over window lengths.
+//! Cost of sensing and computing against their savings, over window lengths.
 //!
-//! The policy is Algorithm 2's: a task begins with another payload; for T s sensors and estimator
-//! run, and power is predicted with the mass of the task before; from then on with m̂(T). The paper
-//! names this price and leaves it open (Sections 5.2 and 8); what follows is this project's reading
-//! of it, with figures from data sheets and from the bench ([`parts`](super::parts)).
+//! The policy is Algorithm 2's: a task begins with another payload. For T s sensors and estimator
+//! run, and power is predicted with the previous task's mass; then with m̂(T). The paper names this
+//! price and leaves it open (Sections 5.2 and 8). What follows is this project's interpretation,
+//! with figures from data sheets and from the bench ([`electronics`](super::electronics)).
 //!
-//! A joule that is predicted wrongly is counted as a joule spent. It is not: what a wrong joule
-//! costs is the mission's business. [`Best::break_even`] says how little it may be worth before
-//! sensing and computing weigh as much.
+//! A mispredicted joule counts as a spent joule. In truth its cost depends on the mission:
+//! [`Best::break_even`] gives the worth below which sensing and computing weigh as much.
 
 use plant::experiment;
 use serde::Serialize;
 
-use super::parts::{Counts, INSTRUCTION_J, SHUNT_OHM, sensors_w};
+use super::electronics::{Counts, INSTRUCTION_J, SHUNT_OHM, sensors_w};
 use super::table::{Cell, Column, Format, Mark, Row, Table, column, distinct, number};
 
 /// What prices are computed from.
@@ -24,22 +23,22 @@ pub(super) struct Input {
     pub(super) points: Vec<PricePoint>,
     /// Samples per second, Hz.
     pub(super) rate_hz: f64,
-    /// What a sample takes, method by method; one that is not here is priced NaN.
+    /// Instructions of a sample, method by method; a method without a count is priced NaN.
     pub(super) instructions: Vec<(&'static str, Counts)>,
 }
 
 /// Lengths of the tasks by default, s: a minute, five and thirty.
 const TASKS_S: [f64; 3] = [60.0, 300.0, 1800.0];
 
-/// What the bench calls the estimators of the methods that find the mass. Windows of up to 32 s;
-/// longer rings cost the same.
+/// The bench's names for the estimators of the methods that estimate the mass. Windows of up to 32
+/// s; longer rings cost the same.
 const COUNTED: [(&str, &str); 3] = [
     ("signed", "signed window, 32 buckets"),
     ("eq18-published", "eq18-published roots, 32 buckets"),
     ("eq18", "eq18 roots, 32 buckets"),
 ];
 
-/// No points yet; everything else as the experiment and the bench have it.
+/// No points; everything else from the experiment and the bench.
 impl Default for Input {
     fn default() -> Self {
         let counted = COUNTED.iter().filter_map(|(method, name)| Some((*method, Counts::of(name).ok()?)));
@@ -52,7 +51,7 @@ impl Default for Input {
     }
 }
 
-/// What a window of one length is worth to one method.
+/// The value of a window of one length for one method.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(super) struct PricePoint {
     /// T, s.
@@ -61,7 +60,7 @@ pub(super) struct PricePoint {
     pub(super) method: &'static str,
     /// Mean |P̂(m) − P̂(truth)| with the mass of the task before, W.
     pub(super) old_mass_w: f64,
-    /// The same with m̂(T); with the mass before where T says nothing, W.
+    /// The same with m̂(T), or with the previous mass where T gives none, W.
     pub(super) new_mass_w: f64,
     /// Root mean square of the motors' current, A.
     pub(super) actuation_a: f64,
@@ -89,7 +88,7 @@ impl Split {
         self.spent_j() + self.shunt_j + self.mispredicted_j()
     }
 
-    /// What sensors and processor take because of T, J.
+    /// Energy of sensors and processor due to T, J.
     pub(super) fn spent_j(&self) -> f64 {
         self.sensors_j + self.computing_j
     }
@@ -101,14 +100,14 @@ impl Split {
 
     /// The greatest part.
     pub(super) fn dominant(&self) -> &'static str {
-        let parts = [
+        let shares = [
             ("sensors", self.sensors_j),
             ("shunt", self.shunt_j),
             ("computing", self.computing_j),
             ("error before the estimate", self.before_j),
             ("error behind the estimate", self.after_j),
         ];
-        parts.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).map_or("nothing", |part| part.0)
+        shares.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).map_or("nothing", |share| share.0)
     }
 }
 
@@ -136,7 +135,7 @@ pub(super) struct Best {
     pub(super) method: &'static str,
     /// T, s.
     pub(super) window_s: f64,
-    /// It is the shortest or the longest of those that were tried: the least may lie beyond.
+    /// Whether it is the shortest or the longest tried: the least may lie outside.
     pub(super) at_end: bool,
     /// The parts.
     pub(super) split: Split,
@@ -144,9 +143,9 @@ pub(super) struct Best {
     pub(super) total_j: f64,
     /// The part that weighs most.
     pub(super) dominant: &'static str,
-    /// Joules spent because of T for every joule mispredicted: a mispredicted joule that is worth
-    /// less than this share of a spent one makes sensing and computing the greater part. NaN where
-    /// nothing is mispredicted.
+    /// Joules spent due to T for every joule mispredicted. If a mispredicted joule is worth less
+    /// than this share of a spent one, sensing and computing cost more. NaN where nothing is
+    /// mispredicted.
     pub(super) break_even: f64,
 }
 
@@ -173,8 +172,8 @@ pub(super) fn price(input: &Input) -> Price {
         price.priced.extend(fitting.map(|point| priced(task_s, point, input)));
         let methods = distinct(price.priced[first..].iter().map(|priced| priced.method));
         price.best.extend(methods.into_iter().filter_map(|method| {
-            let own = price.priced[first..].iter().filter(|priced| priced.method == method);
-            best(&own.collect::<Vec<_>>())
+            let tried = price.priced[first..].iter().filter(|priced| priced.method == method);
+            best(&tried.collect::<Vec<_>>())
         }));
     }
     price
@@ -195,8 +194,8 @@ fn priced(task_s: f64, point: &PricePoint, input: &Input) -> Priced {
 }
 
 /// The cheapest of one task and method; the shorter window where two cost the same.
-fn best(own: &[&Priced]) -> Option<Best> {
-    let finite = || own.iter().filter(|priced| priced.total_j.is_finite());
+fn best(tried: &[&Priced]) -> Option<Best> {
+    let finite = || tried.iter().filter(|priced| priced.total_j.is_finite());
     let least =
         finite().min_by(|a, b| a.total_j.total_cmp(&b.total_j).then(a.window_s.total_cmp(&b.window_s)))?;
     let shortest = finite().map(|priced| priced.window_s).fold(f64::INFINITY, f64::min);
@@ -217,7 +216,7 @@ fn best(own: &[&Priced]) -> Option<Best> {
 const COLUMNS: [Column; 11] = [
     column("", "task s", Format::Number(0)),
     column("", "method", Format::Words),
-    column("", "window s", Format::Own),
+    column("", "window s", Format::AsShown),
     column("", "sensors J", Format::Number(4)),
     column("", "shunt J", Format::Number(4)),
     column("", "computing J", Format::Number(4)),
@@ -260,7 +259,7 @@ mod tests {
         PricePoint { window_s, method, old_mass_w: 0.5, new_mass_w, actuation_a: 0.4 }
     }
 
-    /// Samples that all take 300 instructions, 200 of them a second.
+    /// Every sample takes 300 instructions, 200 samples a second.
     fn input(tasks_s: Vec<f64>, points: Vec<PricePoint>) -> Input {
         let counts = Counts { sample: 300, closing: 300 };
         Input { tasks_s, points, rate_hz: 200.0, instructions: vec![("ours", counts), ("paper", counts)] }
@@ -276,13 +275,13 @@ mod tests {
 
     /// 60 s with 10 s of estimating at 200 Hz, by hand: sensors 3.24 mW · 10 s; shunt 0.1 Ω · 0.16
     /// A² · 60 s = 0.96 J; computing 300 · 1.55833 nJ · 200 Hz · 10 s = 0.935 mJ; errors 0.5 W · 10
-    /// s and 0.1 W · 50 s. All are products of a few numbers: what rounding leaves is far below a
-    /// nanojoule but for computing's constant, whose sixth digit is 5e-9 J here.
+    /// s and 0.1 W · 50 s. All are products of a few numbers: rounding is far below a nanojoule but
+    /// for computing's constant, whose sixth digit is 5e-9 J here.
     #[test]
     fn a_task_is_priced_part_by_part() {
         let price = price(&input(vec![60.0], vec![point(10.0, "ours", 0.1)]));
         let split = price.priced[0].split;
-        let near = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-8, "{found} {expected}");
+        let near = |value: f64, expected: f64| assert!((value - expected).abs() < 1e-8, "{value} {expected}");
         near(split.sensors_j, 0.0324);
         near(split.shunt_j, 0.96);
         near(split.computing_j, 9.35e-4);
@@ -292,8 +291,8 @@ mod tests {
         near(price.best[0].break_even, 0.033_335 / 10.0);
     }
 
-    /// Errors of 0.5 W before and 2 ∕ T W behind: 60 s cost 5 + 10, 10 + 4 and 20 + 1 J beside the
-    /// same shunt and little else.
+    /// Errors of 0.5 W before and 2 ∕ T W after the estimate: 60 s cost 5 + 10, 10 + 4 and 20 + 1 J
+    /// beside the same shunt and little else.
     #[test]
     fn the_best_window_is_the_cheapest_of_its_task_and_method() {
         let points = [10.0, 20.0, 40.0].map(|t| point(t, "ours", 2.0 / t)).to_vec();
@@ -322,7 +321,7 @@ mod tests {
         );
     }
 
-    /// A method that nobody has counted has no price, rather than that of free computing.
+    /// A method without a count has no price, instead of free computing.
     #[test]
     fn a_method_without_a_count_has_no_price() {
         let price = price(&input(vec![60.0], vec![point(10.0, "other", 0.1)]));

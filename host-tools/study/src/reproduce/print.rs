@@ -1,4 +1,4 @@
-//! Where the print of Eq. 18 and its derivation differ, and what each difference costs.
+//! Differences between the print of Eq. 18 and its derivation, and the cost of each.
 //!
 //! Squaring Eq. 16 gives (1 + s)² = 2 (1 + s) for s = ±1 and m² with (M'' Ψ)²; Eq. 18 prints
 //! (2 + s) and m. Each difference is measured alone and together with the other: the coefficients
@@ -34,7 +34,7 @@ pub(super) struct Difference {
     pub(super) print: &'static str,
     /// As it follows.
     pub(super) derivation: &'static str,
-    /// What the print costs, over seeds; nothing where only notation differs.
+    /// Cost of the print, over seeds; empty where only notation differs.
     pub(super) cost: Vec<Cost>,
     /// What to make of it.
     pub(super) remark: &'static str,
@@ -200,10 +200,10 @@ fn costs(measured: &[Measured], variant: usize) -> Vec<Cost> {
     let plants = distinct(measured.iter().map(|(plant, _)| *plant));
     let mut costs = Vec::new();
     for plant in plants {
-        let own = || measured.iter().filter(|(name, _)| *name == plant).map(|(_, variants)| variants);
+        let variants = || measured.iter().filter(|(name, _)| *name == plant).map(|(_, variants)| variants);
         for (figure, unit, pick) in figures {
-            let print: Vec<f64> = own().map(|variants| pick(&variants[variant])).collect();
-            let derivation: Vec<f64> = own().map(|variants| pick(&variants[0])).collect();
+            let print: Vec<f64> = variants().map(|variants| pick(&variants[variant])).collect();
+            let derivation: Vec<f64> = variants().map(|variants| pick(&variants[0])).collect();
             let difference: Vec<f64> = print.iter().zip(&derivation).map(|(a, b)| a - b).collect();
             costs.push(Cost {
                 plant,
@@ -221,9 +221,9 @@ fn costs(measured: &[Measured], variant: usize) -> Vec<Cost> {
 const COLUMNS: [Column; 5] = [
     column("", "difference", Format::Words),
     column("", "figure", Format::Words),
-    column("", "as derived", Format::Own),
-    column("", "as printed", Format::Own),
-    column("", "print less derivation", Format::Own),
+    column("", "as derived", Format::AsShown),
+    column("", "as printed", Format::AsShown),
+    column("", "print less derivation", Format::AsShown),
 ];
 
 /// What each difference costs, plant by plant.
@@ -313,8 +313,8 @@ mod tests {
     /// the power is small) is a million times more than what is allowed.
     #[test]
     fn a_log_of_the_derivation_is_the_derivations() {
-        let found = list(&measure(&[pair(Gate::Corrected)]).unwrap());
-        for difference in &found[..3] {
+        let differences = list(&measure(&[pair(Gate::Corrected)]).unwrap());
+        for difference in &differences[..3] {
             let (r2, mape, mass) = (
                 cost(&difference.cost, "R²"),
                 cost(&difference.cost, "MAPE"),
@@ -332,8 +332,8 @@ mod tests {
 
     #[test]
     fn a_log_of_the_print_is_the_prints() {
-        let found = list(&measure(&[pair(Gate::Published)]).unwrap());
-        let both = &found[2].cost;
+        let differences = list(&measure(&[pair(Gate::Published)]).unwrap());
+        let both = &differences[2].cost;
         assert!(cost(both, "R²").difference.mean > 0.0 && cost(both, "MAPE").print.mean < 1e-3, "{both:#?}");
     }
 

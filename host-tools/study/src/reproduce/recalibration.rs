@@ -1,4 +1,4 @@
-//! When to look for the mass again: Fig. 4's policies and the change detector, on the same logs.
+//! When to estimate the mass again: Fig. 4's policies and the change detector, on the same logs.
 
 use answers::estimate::{Change, Instant, Policy, PolicyKind};
 use fit::dataset::Row;
@@ -20,13 +20,13 @@ const EVERY_S: f64 = 50.0;
 /// Windows that are priced beside those of the sweep, s.
 const SHORT_S: [u32; 3] = [1, 2, 3];
 
-/// A mass this near the truth counts as found.
-const FOUND: f64 = 0.1;
+/// A mass is near the truth within this share.
+const NEAR: f64 = 0.1;
 
-/// A restart up to this long after a payload change, and no other before it, is that change's, s.
+/// A change's restart is the first one after it, up to this long, s.
 const NOTICED_WITHIN_S: f64 = 30.0;
 
-/// How the mass is looked for again.
+/// When the mass is estimated again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Again {
     Known,
@@ -46,14 +46,14 @@ const COMPARED: [(&str, Again, usize); 7] = [
     ("change detector", Again::Detected, 0),
 ];
 
-/// Of one comparison and one seed: delay (s, mean over the changes after which the mass was found),
-/// false restarts an hour, energy error, the same of errors of both signs added up, share of the
-/// time without an estimate (%).
+/// Of one comparison and one seed: delay (s, mean over the changes after which the estimate reached
+/// the truth), false restarts an hour, energy error, the same with errors of both signs added,
+/// share of the time without an estimate (%).
 type Figures<T> = [T; 5];
 
 /// What one seed gives.
 pub(super) struct Seed {
-    /// A comparison each: figures, changes after which the mass was not found, changes.
+    /// Of each comparison: figures, changes after which the estimate stayed wrong, changes.
     pub(super) outcomes: Vec<(Figures<f64>, u64, u64)>,
     /// Window, contender, misprediction with the old and with the new mass, W.
     pub(super) prices: Vec<(f64, usize, f64, f64)>,
@@ -97,7 +97,7 @@ fn outcome(fitted: &Fitted<'_>, log: &Log, again: Again) -> Result<(Figures<f64>
         .skip(1)
         .map(|task| delay(&instants[task.from..task.to], &log.rows[task.from..task.to], task.mass_kg))
         .collect();
-    let found: Vec<f64> = delays.iter().flatten().copied().collect();
+    let known: Vec<f64> = delays.iter().flatten().copied().collect();
     let hours = replayed.duration_s / 3600.0;
     let false_restarts = match again {
         Again::Known | Again::Moving => 0,
@@ -106,20 +106,20 @@ fn outcome(fitted: &Fitted<'_>, log: &Log, again: Again) -> Result<(Figures<f64>
     };
     let energy = Energy::of(fitted, log, &instants);
     let figures = [
-        found.iter().sum::<f64>() / found.len() as f64,
+        known.iter().sum::<f64>() / known.len() as f64,
         false_restarts as f64 / hours,
         100.0 * (energy.predicted_j / energy.measured_j - 1.0).abs(),
         100.0 * energy.apart_j / energy.measured_j,
         100.0 * energy.unknown_share,
     ];
-    Ok((figures, (delays.len() - found.len()) as u64, delays.len() as u64))
+    Ok((figures, (delays.len() - known.len()) as u64, delays.len() as u64))
 }
 
-/// Time from the start of a task until its mass is found, and stays so to its end, s.
+/// Time from the start of a task until the estimate is near its mass for good, s.
 fn delay(instants: &[Instant], rows: &[Row], mass_kg: f64) -> Option<f64> {
-    let is_found = |now: &Instant| now.mass_kg.is_some_and(|mass| (mass / mass_kg - 1.0).abs() <= FOUND);
-    let behind = instants.iter().rposition(|now| !is_found(now)).map_or(0, |last| last + 1);
-    Some(rows.get(behind)?.time - rows.first()?.time)
+    let is_near = |now: &Instant| now.mass_kg.is_some_and(|mass| (mass / mass_kg - 1.0).abs() <= NEAR);
+    let from = instants.iter().rposition(|now| !is_near(now)).map_or(0, |last| last + 1);
+    Some(rows.get(from)?.time - rows.first()?.time)
 }
 
 fn periodic_restarts(duration_s: f64) -> Vec<f64> {
@@ -130,8 +130,8 @@ fn noticed(changes: &[Change]) -> Vec<f64> {
     changes.iter().map(|change| change.noticed_s).collect()
 }
 
-/// Restarts that no payload change asked for: each change asks for the first one within
-/// [`NOTICED_WITHIN_S`] behind it.
+/// Restarts without a payload change: each change accounts for the first one within
+/// [`NOTICED_WITHIN_S`] after it.
 fn needless(restarts_s: &[f64], changes_s: &[f64]) -> usize {
     let asked = changes_s.iter().filter(|change| {
         restarts_s.iter().any(|restart| (0.0..=NOTICED_WITHIN_S).contains(&(restart - **change)))
@@ -139,8 +139,7 @@ fn needless(restarts_s: &[f64], changes_s: &[f64]) -> usize {
     restarts_s.len() - asked.count().min(restarts_s.len())
 }
 
-/// Energies of a log, J. Where the mass is unknown the last known one is taken, as one would who
-/// has to plan.
+/// Energies of a log, J. Where the mass is unknown the last known one is used, as for planning.
 struct Energy {
     measured_j: f64,
     predicted_j: f64,
@@ -156,7 +155,7 @@ impl Energy {
             unknown += u64::from(now.mass_kg.is_none());
             counted += 1;
             last = now.mass_kg.or(last);
-            // Before the first estimate nobody predicts anything.
+            // No prediction before the first estimate.
             let Some(mass) = last else { continue };
             let step_s = row.time - before.time;
             let predicted = fitted.power(row, mass);
@@ -169,9 +168,9 @@ impl Energy {
     }
 }
 
-/// By how much the power of a task is mispredicted with the mass of the task before, and with that
-/// of the task's own first window: mean over its rows of |P̂(m) − P̂(truth)|, then over tasks, W.
-/// Where that window says nothing, the mass of the task before stays.
+/// Misprediction of a task's power with the previous task's mass, and with that of the task's first
+/// window: mean over its rows of |P̂(m) − P̂(truth)|, then over tasks, W. Where that window gives
+/// no mass, the previous one stays.
 fn misprediction(fitted: &Fitted<'_>, log: &Log, window_s: f64) -> Result<(f64, f64)> {
     let (replayed, _) = fitted.follow(log, &moving(window_s, false))?;
     let tasks = log.tasks();
@@ -181,13 +180,13 @@ fn misprediction(fitted: &Fitted<'_>, log: &Log, window_s: f64) -> Result<(f64, 
         let rows = &log.rows[task.from..task.to];
         let Some(start_s) = rows.first().map(|row| row.time) else { continue };
         // The last errand may be shorter than the window.
-        let Some(own) = replayed.windows.iter().find(|window| window.t0_s >= start_s) else { continue };
+        let Some(first) = replayed.windows.iter().find(|window| window.t0_s >= start_s) else { continue };
         let mean = |mass: f64| {
             let apart = |row: &Row| (fitted.power(row, mass) - fitted.power(row, task.mass_kg)).abs();
             rows.iter().map(apart).sum::<f64>() / rows.len() as f64
         };
         old += mean(before.mass_kg);
-        new += mean(own.mass_kg.unwrap_or(before.mass_kg));
+        new += mean(first.mass_kg.unwrap_or(before.mass_kg));
         count += 1.0;
     }
     Ok((old / count, new / count))
@@ -197,7 +196,7 @@ const COLUMNS: [Column; 8] = [
     column("policy", "policy", Format::Words),
     column("method", "estimator", Format::Words),
     column("delay_s", "delay s", Format::Error(1)),
-    column("never", "never", Format::Own),
+    column("never", "never", Format::AsShown),
     column("false_restarts_per_hour", "needless restarts 1/h", Format::Error(1)),
     column("energy_error_percent", "energy error %", Format::Error(2)),
     column("absolute_energy_error_percent", "absolute %", Format::Error(2)),
@@ -230,7 +229,7 @@ pub(super) fn table(seeds: &[Seed]) -> Table {
     }
 }
 
-/// What the price of sensing is weighed against, by window and contender.
+/// What sensing saves, by window and contender.
 pub(super) fn prices(seeds: &[Seed]) -> Vec<PricePoint> {
     let Some(first) = seeds.first() else { return Vec::new() };
     let mean = |value: &dyn Fn(&Seed) -> Option<f64>| {

@@ -1,5 +1,5 @@
-//! The experiment's regime as a reader is told of it: its knobs, how near it comes to what was
-//! published, and its rails.
+//! The experiment's regime for a reader: its settings, its distance from the published figures, and
+//! its rails.
 
 use plant::Rounds;
 use plant::experiment::{self, REGIME, RailReading};
@@ -16,7 +16,7 @@ const KNOBS: [Column; 3] = [
     column("reason", "why", Format::Words),
 ];
 
-/// What is set where the paper is silent, and why.
+/// Settings where the paper is silent, and why.
 pub(super) fn knobs() -> Table {
     let rows = [
         ["drives", "servo plant: XL430 by its published figures, 12 V", "the robot of the experiment"],
@@ -63,7 +63,7 @@ pub(super) fn knobs() -> Table {
 
 fn rounds(rounds: &Rounds) -> String {
     let Rounds { speed, curve, hold_s, acceleration_m_s2, shares } = rounds;
-    // To a tenth of a percent, without what rounding leaves behind.
+    // To a tenth of a percent, without rounding errors.
     let percent = |share: f64| format!("{}", (1000.0 * share).round() / 10.0);
     let [spin, stop, reverse] = shares.map(percent);
     format!(
@@ -81,9 +81,9 @@ fn rounds(rounds: &Rounds) -> String {
 
 const NEARNESS: [Column; 5] = [
     column("what", "figure", Format::Words),
-    column("published", "published", Format::Own),
-    column("here", "the same method here", Format::Own),
-    column("ours", "ours on the same logs", Format::Own),
+    column("published", "published", Format::AsShown),
+    column("here", "the same method here", Format::AsShown),
+    column("ours", "ours on the same logs", Format::AsShown),
     column("unit", "", Format::Words),
 ];
 

@@ -27,7 +27,7 @@ const CHANGES_S: [f64; 2] = [100.0, 50.0];
 /// the first one after the change, of the worst one (%).
 type Figures<T> = [T; 5];
 
-/// What is driven in Section 6's simulation, beside the payload.
+/// Drives of Section 6's simulation, beside the payload.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Drives {
     /// Arcs, turns on the spot, stops and legs in reverse, as brisk as the robot's limits allow:
@@ -122,10 +122,10 @@ fn judge(fitted: &Fitted<'_>, log: &Log, floor_w: f64) -> Result<Figures<f64>> {
     let mut worst = f64::NAN;
     for (task, first_percent) in log.tasks().iter().zip(&mut first_percent) {
         let error = |mass: f64| 100.0 * (mass / task.mass_kg - 1.0).abs();
-        let own = replayed.windows.iter().filter(|window| window.truth_kg == Some(task.mass_kg));
-        let masses: Vec<f64> = own.filter_map(|window| window.mass_kg).collect();
+        let windows = replayed.windows.iter().filter(|window| window.truth_kg == Some(task.mass_kg));
+        let masses: Vec<f64> = windows.filter_map(|window| window.mass_kg).collect();
         worst = masses.iter().map(|mass| error(*mass)).fold(worst, f64::max);
-        // A window in which the robot stood says nothing: the next one is asked.
+        // A window at rest gives no mass: the next one counts.
         let Some(mass) = masses.first() else { continue };
         *first_percent = error(*mass);
         for row in &log.rows[task.from..task.to] {

@@ -25,7 +25,7 @@ use crate::compare::{
 /// The window of Fig. 13 to 15, s.
 const WINDOW_S: f64 = 25.0;
 
-/// A training drive, and what was learned from it: once for all that is driven afterwards.
+/// A training drive and its fitted contenders, for all later drives.
 pub(super) struct Learned<'a> {
     /// The robot.
     pub(super) robot: &'a Robot,
@@ -53,7 +53,8 @@ pub(super) fn learn<'a>(
 }
 
 impl Learned<'_> {
-    /// Another drive of the seed, and what baselines may read of it and of the training.
+    /// Another drive of the seed, and the columns that baselines may read of it and of the
+    /// training.
     pub(super) fn drive(&self, which: Drive) -> Result<(Log, Wanted)> {
         let file = drive(self.folder, which, self.seed)?;
         let wanted = Wanted::of(self.context, self.robot, &[self.file.clone(), file.clone()])?;
@@ -72,13 +73,13 @@ fn drive(folder: &Path, which: Drive, seed: u64) -> Result<PathBuf> {
     Ok(file)
 }
 
-/// What one seed gives.
+/// The results of one seed.
 pub(super) struct Seed {
     /// Ours, the paper's, then every baseline.
     pub(super) models: Vec<Judged>,
     pub(super) windows: Vec<Swept>,
     pub(super) left_out: Vec<LeftOut>,
-    /// Share of the samples behind the first window in which every model is judged.
+    /// Share of the samples after the first window in which every model is judged.
     pub(super) known_share: f64,
     /// R² of the power one sample and one second before.
     pub(super) persistence_r2: [f64; 2],
@@ -96,15 +97,14 @@ pub(super) struct Judged {
     pub(super) weight_seeds: Option<WeightSeeds>,
 }
 
-/// MAPE (%), R² and RMSE (W) of the predicted power; mean error of the mass that was found for it
-/// (%).
+/// MAPE (%), R² and RMSE (W) of the predicted power; mean error of the estimated mass (%).
 type Quality<T> = [T; 4];
 
 /// What is drawn of the first seed.
 #[derive(Default)]
 pub(super) struct Courses {
-    /// Fig. 13 to 15: power of the test log with a moving window of 25 s; the baselines behind ours
-    /// and the paper's.
+    /// Fig. 13 to 15: power of the test log with a moving window of 25 s; ours and the paper's,
+    /// then the baselines.
     pub(super) test: Course,
     /// Fig. 10: the mass by all samples since a known change.
     pub(super) cumulative: Course,
@@ -120,8 +120,8 @@ pub(super) fn seed(learned: &Learned<'_>, settings: &Settings, draw: bool) -> Re
     let mut windows = Vec::new();
     for window_s in lengths(settings) {
         for fitted in fitted {
-            let found = at_window(fitted, &log, window_s, robot.mape_floor_w())?;
-            windows.push((window_s, fitted.contender.name, found));
+            let figures = at_window(fitted, &log, window_s, robot.mape_floor_w())?;
+            windows.push((window_s, fitted.contender.name, figures));
         }
     }
 
@@ -165,8 +165,8 @@ pub(super) fn seed(learned: &Learned<'_>, settings: &Settings, draw: bool) -> Re
         let (name, mass, horizon) = (card.name.to_owned(), MassSource::of(card), Horizon::of(card));
         models.push(Judged { name: name.clone(), source, mass, horizon, quality, weight_seeds });
         curves.push(Followed { method: name, predicted_w, ..Followed::default() });
-        if let Some(found) = evaluation.found {
-            let quality = judge.quality(found.pairs.iter().map(|pair| pair.1), &found.masses);
+        if let Some(without_mass) = evaluation.without_mass {
+            let quality = judge.quality(without_mass.pairs.iter().map(|pair| pair.1), &without_mass.masses);
             let name = format!("{}, mass found", card.name);
             let (mass, horizon) = (MassSource::Estimated, Horizon::Second);
             models.push(Judged { name, source, mass, horizon, quality, weight_seeds: None });
@@ -277,18 +277,19 @@ pub(super) fn models(seeds: &[Seed]) -> Vec<ModelRow> {
     let Some(first) = seeds.first() else { return Vec::new() };
     let row = |Judged { name, source, mass, horizon, .. }: &Judged| {
         let of = |seed: &'_ Seed| seed.models.iter().position(|other| other.name == *name);
-        let own = || seeds.iter().map(|seed| of(seed).map(|place| &seed.models[place]));
-        let quality = Spread::of_each(own().map(|model| model.map_or([f64::NAN; 4], |model| model.quality)));
+        let theirs = || seeds.iter().map(|seed| of(seed).map(|place| &seed.models[place]));
+        let quality =
+            Spread::of_each(theirs().map(|model| model.map_or([f64::NAN; 4], |model| model.quality)));
         let (mut ours_ahead, mut ours_behind) = (0, 0);
-        for (seed, theirs) in seeds.iter().zip(own()) {
+        for (seed, theirs) in seeds.iter().zip(theirs()) {
             let (Some(ours), Some(theirs)) = (seed.models.first(), theirs) else { continue };
             let ([mape, r2, ..], [their_mape, their_r2, ..]) = (ours.quality, theirs.quality);
-            // A figure that is not known compares as neither.
+            // An unknown figure counts for neither.
             let known = [mape, r2, their_mape, their_r2].iter().all(|figure| figure.is_finite());
             ours_ahead += u64::from(known && mape < their_mape && r2 > their_r2);
             ours_behind += u64::from(known && (mape > their_mape || r2 < their_r2));
         }
-        let weights: Vec<WeightSeeds> = own().filter_map(|model| model?.weight_seeds).collect();
+        let weights: Vec<WeightSeeds> = theirs().filter_map(|model| model?.weight_seeds).collect();
         let mean = |of: fn(&WeightSeeds) -> f64| weights.iter().map(of).sum::<f64>() / weights.len() as f64;
         let published = PUBLISHED.iter().find(|(known, _)| known == name).map(|(_, figures)| *figures);
         ModelRow {

@@ -1,4 +1,4 @@
-//! Whether ours is ahead, and whether what was asked of it is reached.
+//! Whether ours is ahead, and whether its goals are reached.
 
 use serde::Serialize;
 use statrs::distribution::{Binomial, DiscreteCDF};
@@ -15,20 +15,19 @@ use crate::compare::MassSource;
 pub(super) enum Standing {
     /// Ours is better by MAPE and by R² in more seeds than chance would have.
     Ahead,
-    /// So many seeds cannot tell them apart.
+    /// So many seeds cannot distinguish them.
     Level,
     /// Ours is worse by MAPE or by R² in more seeds than chance would have.
     Behind,
 }
 
-/// Chance of as many seeds or more, where both were equally good, below which chance is not
-/// believed (two-sided: 5 %).
+/// Probability of as many seeds or more for equally good models, below which chance is ruled out
+/// (two-sided: 5 %).
 const BELIEVED: f64 = 0.025;
 
 impl Standing {
-    /// The sign test: seeds are independent, and within one both models see the same log. It asks
-    /// for no distribution, so that one seed in which a network went astray does not hide the
-    /// others.
+    /// The sign test: seeds are independent, and within one both models see the same log. It needs
+    /// no distribution: one seed in which a network failed does not hide the others.
     pub(super) fn of(row: &ModelRow) -> Self {
         let seeds = row.ours_ahead + row.ours_behind;
         if is_more_than_chance(row.ours_ahead, seeds) {
@@ -40,7 +39,7 @@ impl Standing {
         }
     }
 
-    /// Whether so many seeds can tell models apart at all, all of them on one side.
+    /// Whether so many seeds can distinguish models at all, if all agree.
     pub(super) fn can_be_told(seeds: u64) -> bool {
         is_more_than_chance(seeds, seeds)
     }
@@ -61,7 +60,7 @@ fn is_more_than_chance(often: u64, throws: u64) -> bool {
     often > 0 && coin.sf(often - 1) < BELIEVED
 }
 
-/// Baselines that do not get the true mass, by how ours stands against them.
+/// Baselines without the true mass, by their standing against ours.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub(super) struct Standings {
     /// How many ours is ahead of.
@@ -101,13 +100,13 @@ const MODELS: [Column; 15] = [
     column("rmse_w", "RMSE W", Format::Error(3)),
     column("mass_error_percent", "mass error %", Format::Error(2)),
     column("horizon", "horizon", Format::Words),
-    column("", "published", Format::Own),
+    column("", "published", Format::AsShown),
     column("", "standing", Format::Words),
     column("", "R² by weights", Format::Words),
-    column("ours_ahead", "", Format::Own),
-    column("ours_behind", "", Format::Own),
-    column("published", "", Format::Own),
-    column("weights_r2", "", Format::Own),
+    column("ours_ahead", "", Format::AsShown),
+    column("ours_behind", "", Format::AsShown),
+    column("published", "", Format::AsShown),
+    column("weights_r2", "", Format::AsShown),
 ];
 
 /// Power of the test logs by every model.
@@ -173,7 +172,7 @@ pub(super) fn models(models: &[ModelRow], persistence: &[Spread; 2]) -> Table {
     }
 }
 
-/// What is asked of ours in the experiment's regime.
+/// A goal for ours in the experiment's regime.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Goal {
     /// Which figure.
@@ -184,14 +183,14 @@ pub(super) struct Goal {
     pub(super) unit: &'static str,
     /// It is a lower limit.
     pub(super) at_least: bool,
-    /// What came out; `None` where it was not measured.
-    pub(super) found: Option<Spread>,
+    /// The result; `None` if not measured.
+    pub(super) measured: Option<Spread>,
 }
 
 impl Goal {
     /// Whether the mean over seeds meets it; `None` where it was not measured.
     pub(super) fn is_reached(&self) -> Option<bool> {
-        let mean = self.found?.mean;
+        let mean = self.measured?.mean;
         mean.is_finite().then_some(if self.at_least { mean >= self.limit } else { mean <= self.limit })
     }
 
@@ -210,10 +209,10 @@ pub(super) fn goals(windows: &[WindowRow], models: &[ModelRow]) -> Vec<Goal> {
     let ours = models.first().map(|row| row.quality);
     let method = windows.first().map(|row| row.method);
     let worst = |window_s: f64| {
-        let own = windows.iter().filter(|row| Some(row.method) == method);
-        own.filter(|row| row.window_s == window_s).map(|row| row.figures[0]).next()
+        let ours = windows.iter().filter(|row| Some(row.method) == method);
+        ours.filter(|row| row.window_s == window_s).map(|row| row.figures[0]).next()
     };
-    let goal = |what, limit, unit, at_least, found| Goal { what, limit, unit, at_least, found };
+    let goal = |what, limit, unit, at_least, measured| Goal { what, limit, unit, at_least, measured };
     vec![
         goal("MAPE, moving window of 25 s", 5.0, "%", false, ours.map(|quality| quality[0])),
         goal("R², moving window of 25 s", 0.93, "", true, ours.map(|quality| quality[1])),
@@ -224,10 +223,10 @@ pub(super) fn goals(windows: &[WindowRow], models: &[ModelRow]) -> Vec<Goal> {
 
 const GOALS: [Column; 6] = [
     column("what", "figure", Format::Words),
-    column("limit", "goal", Format::Own),
+    column("limit", "goal", Format::AsShown),
     column("unit", "", Format::Words),
-    column("at_least", "", Format::Own),
-    column("found", "ours", Format::Own),
+    column("at_least", "", Format::AsShown),
+    column("found", "ours", Format::AsShown),
     column("reached", "verdict", Format::Words),
 ];
 
@@ -235,8 +234,9 @@ const GOALS: [Column; 6] = [
 pub(super) fn goals_table(goals: &[Goal]) -> Table {
     let row = |goal: &Goal| {
         let limit = format!("{} {}", if goal.at_least { "≥" } else { "≤" }, number(goal.limit, 2));
-        let found =
-            goal.found.map_or(with_unit("–".to_owned(), goal.unit), |found| found.figure(goal.unit, 3));
+        let measured = goal
+            .measured
+            .map_or(with_unit("–".to_owned(), goal.unit), |measured| measured.figure(goal.unit, 3));
         let mark = if goal.is_reached() == Some(false) { Mark::Against } else { Mark::None };
         Row::new(
             mark,
@@ -245,7 +245,7 @@ pub(super) fn goals_table(goals: &[Goal]) -> Table {
                 Cell::shown(goal.limit, with_unit(limit, goal.unit)),
                 goal.unit.into(),
                 Cell::shown(goal.at_least, ""),
-                Cell::shown(serde_json::json!(goal.found), found),
+                Cell::shown(serde_json::json!(goal.measured), measured),
                 Cell::shown(serde_json::json!(goal.is_reached()), goal.words()),
             ],
         )
@@ -303,10 +303,10 @@ mod tests {
 
     #[test]
     fn a_goal_that_was_not_measured_is_not_reached_and_not_missed() {
-        let goal = Goal { what: "R²", limit: 0.93, unit: "", at_least: true, found: None };
+        let goal = Goal { what: "R²", limit: 0.93, unit: "", at_least: true, measured: None };
         assert_eq!(goal.is_reached(), None);
-        assert_eq!(Goal { found: Some(spread(0.93, 0.95)), ..goal.clone() }.is_reached(), Some(true));
-        assert_eq!(Goal { found: Some(spread(0.90, 0.92)), ..goal.clone() }.is_reached(), Some(false));
-        assert_eq!(Goal { found: Some(spread(f64::NAN, 1.0)), ..goal }.is_reached(), None);
+        assert_eq!(Goal { measured: Some(spread(0.93, 0.95)), ..goal.clone() }.is_reached(), Some(true));
+        assert_eq!(Goal { measured: Some(spread(0.90, 0.92)), ..goal.clone() }.is_reached(), Some(false));
+        assert_eq!(Goal { measured: Some(spread(f64::NAN, 1.0)), ..goal }.is_reached(), None);
     }
 }

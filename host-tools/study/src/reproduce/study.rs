@@ -1,4 +1,4 @@
-//! What a reproduction finds: everything that its tables, figures and page show.
+//! The results of a reproduction: everything that its tables, figures and page show.
 
 use serde_json::{Value, json};
 
@@ -27,8 +27,8 @@ pub struct Study {
     static_power_w: (f64, f64),
 }
 
-/// What the seeds gave, in their order; the first one is drawn.
-pub(super) struct Found {
+/// The seeds' results, in their order; the first one is drawn.
+pub(super) struct Outcomes {
     pub(super) section6: Vec<section6::Seed>,
     pub(super) section7: Vec<section7::Seed>,
     pub(super) recalibration: Vec<recalibration::Seed>,
@@ -40,20 +40,20 @@ const LEFT_OUT: [Column; 2] =
     [column("name", "model", Format::Words), column("reason", "why", Format::Words)];
 
 impl Study {
-    pub(super) fn of(settings: &Settings, mut found: Found) -> Self {
-        let simulation = section6::rows(&found.section6);
-        let windows = windows::rows(found.section7.iter().map(|seed| seed.windows.as_slice()));
-        let models = section7::models(&found.section7);
-        let known: Vec<f64> = found.section7.iter().map(|seed| 100.0 * seed.known_share).collect();
+    pub(super) fn of(settings: &Settings, mut outcomes: Outcomes) -> Self {
+        let simulation = section6::rows(&outcomes.section6);
+        let windows = windows::rows(outcomes.section7.iter().map(|seed| seed.windows.as_slice()));
+        let models = section7::models(&outcomes.section7);
+        let known: Vec<f64> = outcomes.section7.iter().map(|seed| 100.0 * seed.known_share).collect();
         let share_known = Spread::over(&known);
-        let persistence = Spread::of_each(found.section7.iter().map(|seed| seed.persistence_r2));
+        let persistence = Spread::of_each(outcomes.section7.iter().map(|seed| seed.persistence_r2));
         let goals = standing::goals(&windows, &models);
-        let points = recalibration::prices(&found.recalibration);
+        let points = recalibration::prices(&outcomes.recalibration);
         let price = price(&Input { points, ..Input::default() });
-        let left_out = found.section7.first().map_or(&[][..], |seed| &seed.left_out);
-        let left_out = left_out
-            .iter()
-            .map(|left| Row::new(Mark::None, [left.name.clone().into(), left.reason.clone().into()]));
+        let left_out = outcomes.section7.first().map_or(&[][..], |seed| &seed.left_out);
+        let left_out = left_out.iter().map(|baseline| {
+            Row::new(Mark::None, [baseline.name.clone().into(), baseline.reason.clone().into()])
+        });
         let tables = vec![
             standing::goals_table(&goals),
             section6::table(&simulation),
@@ -68,15 +68,15 @@ impl Study {
                 rows: left_out.collect(),
                 note: String::new(),
             },
-            recalibration::table(&found.recalibration),
+            recalibration::table(&outcomes.recalibration),
             prices::table(&price),
-            print::table(&found.differences),
+            print::table(&outcomes.differences),
         ];
         let figures = all(&Sources {
             simulation: &simulation,
-            section6: &found.section6.iter_mut().find_map(|seed| seed.courses.take()).unwrap_or_default(),
-            rails: &found.rails,
-            section7: &found.section7.iter_mut().find_map(|seed| seed.courses.take()).unwrap_or_default(),
+            section6: &outcomes.section6.iter_mut().find_map(|seed| seed.courses.take()).unwrap_or_default(),
+            rails: &outcomes.rails,
+            section7: &outcomes.section7.iter_mut().find_map(|seed| seed.courses.take()).unwrap_or_default(),
             windows: &windows,
             models: &models,
             price: &price,
@@ -88,10 +88,10 @@ impl Study {
             tables,
             figures,
             price,
-            differences: found.differences,
+            differences: outcomes.differences,
             share_known,
             persistence,
-            static_power_w: found.rails.gaussian_w,
+            static_power_w: outcomes.rails.gaussian_w,
         }
     }
 
@@ -101,7 +101,7 @@ impl Study {
         format!("{}. Figures are {INTERVALS}.\n\n{}", self.settings.words(), tables.join("\n"))
     }
 
-    /// The figures for scripts, with all their digits; without what is drawn over time.
+    /// The figures for scripts, with all digits; without series over time.
     pub fn json(&self) -> Value {
         let table = |name: &str| self.tables.iter().find(|table| table.name == name).map(Table::json);
         json!({

@@ -18,16 +18,16 @@ pub(super) struct Table {
     pub(super) columns: &'static [Column],
     /// The rows.
     pub(super) rows: Vec<Row>,
-    /// What has to be known to read it.
+    /// What a reader has to know.
     pub(super) note: String,
 }
 
 /// One column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Column {
-    /// Its name in JSON; it is not there if empty.
+    /// Its name in JSON; without one it is not in JSON.
     pub(super) key: &'static str,
-    /// Its head, with its unit; it is in JSON only if empty.
+    /// Its head, with its unit; without one it is in JSON only.
     pub(super) head: &'static str,
     /// How its values look.
     pub(super) format: Format,
@@ -39,7 +39,7 @@ pub(super) enum Format {
     /// Words, set left; all else is set right.
     Words,
     /// As the cell says.
-    Own,
+    AsShown,
     /// A number with so many digits.
     Number(usize),
     /// `mean [low, high]` of what may be anything.
@@ -142,14 +142,14 @@ impl Cell {
 }
 
 impl Spread {
-    /// In this format: as far as its figure can be; a dash where nothing is known.
+    /// In this format, within the limits of its figure; a dash for an unknown one.
     pub(super) fn text(&self, format: Format) -> String {
         let (digits, least, most) = match format {
             Format::Error(digits) => (digits, 0.0, f64::INFINITY),
             Format::Share(digits) => (digits, 0.0, 100.0),
             Format::R2(digits) => (digits, f64::NEG_INFINITY, 1.0),
             Format::Spread(digits) | Format::Number(digits) => (digits, f64::NEG_INFINITY, f64::INFINITY),
-            Format::Words | Format::Own => (3, f64::NEG_INFINITY, f64::INFINITY),
+            Format::Words | Format::AsShown => (3, f64::NEG_INFINITY, f64::INFINITY),
         };
         let mean = number(self.mean, digits);
         if !(self.low.is_finite() && self.high.is_finite()) {
@@ -282,7 +282,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_have_fixed_digits_and_no_negative_nought() {
+    fn numbers_have_fixed_digits_and_no_negative_zero() {
         assert_eq!(number(-0.001, 2), "0.00");
         assert_eq!(number(-0.005_1, 2), "-0.01");
         assert_eq!(number(f64::NAN, 2), "–");

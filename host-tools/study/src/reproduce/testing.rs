@@ -1,4 +1,4 @@
-//! Seeds that nobody has driven: what page, tables and figures are tested with.
+//! Invented seeds, for tests of page, tables and figures.
 
 use super::course::{Course, Followed, Trace};
 use super::print::{Cost, Difference};
@@ -6,7 +6,7 @@ use super::regime::Rails;
 use super::section7::{Courses, Judged};
 use super::settings::Settings;
 use super::spread::Spread;
-use super::study::{Found, Study};
+use super::study::{Outcomes, Study};
 use super::{recalibration, section6, section7};
 use crate::compare::{Horizon, LeftOut, MassSource};
 
@@ -188,14 +188,14 @@ pub(super) fn study_with(seeds: u64, models: usize, better: usize) -> Study {
         windows_s: vec![5, 10, 15, 20, 25, 30, 40, 50, 60],
         baselines: vec!["mlp", "leng"],
     };
-    let found = Found {
+    let outcomes = Outcomes {
         section6: (0..seeds).map(simulated).collect(),
         section7: (0..seeds).map(|seed| experiment(seed, models, better)).collect(),
         recalibration: (0..seeds).map(errands).collect(),
         rails: rails(),
         differences: vec![difference.clone(), Difference { what: "symbols", cost: Vec::new(), ..difference }],
     };
-    Study::of(&settings, found)
+    Study::of(&settings, outcomes)
 }
 
 /// Of twenty seeds, with so many models that do not beat ours.

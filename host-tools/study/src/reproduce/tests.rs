@@ -21,17 +21,17 @@ fn text(node: roxmltree::Node<'_, '_>) -> String {
 
 /// Every file below, by its name.
 fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
-    let mut found = BTreeMap::new();
+    let mut all = BTreeMap::new();
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         let name = path.file_name().unwrap().to_str().unwrap().to_owned();
         if path.is_dir() {
-            found.extend(files(&path).into_iter().map(|(inner, bytes)| (format!("{name}/{inner}"), bytes)));
+            all.extend(files(&path).into_iter().map(|(inner, bytes)| (format!("{name}/{inner}"), bytes)));
         } else {
-            found.insert(name, std::fs::read(&path).unwrap());
+            all.insert(name, std::fs::read(&path).unwrap());
         }
     }
-    found
+    all
 }
 
 #[test]
@@ -58,7 +58,7 @@ fn the_page_is_well_formed_and_shows_every_figure_and_table() {
     }
 }
 
-/// What is lost is on top, in the table and in the marks.
+/// Losses show at the top, in the table and in the marks.
 #[test]
 fn a_baseline_that_beats_ours_is_shown() {
     let lost = study_with(20, 6, 1);
@@ -133,7 +133,7 @@ fn another_folder_is_left_alone() {
     assert!(error.contains("is not a folder; expected"), "{error}");
     assert!(output::check(&place.path().join("nowhere/out")).is_err());
     assert!(output::check(&place.path().join("new")).is_ok());
-    // A site's folder may have our names, but none of our figures.
+    // The folder of another site may have our names, but none of our figures.
     let site = place.path().join("site");
     std::fs::create_dir(&site).unwrap();
     assert!(output::check(&site).is_ok(), "empty");

@@ -1,5 +1,5 @@
-//! What a payload window of a given length is worth: its worst start, as Fig. 12 of the paper has
-//! it, and all of them.
+//! The value of a payload window of a given length: its worst start, as in the paper's Fig. 12, and
+//! all starts.
 
 use answers::estimate::WindowMass;
 use support::error::Result;
@@ -32,7 +32,7 @@ pub(super) fn at_window(
     window_s: f64,
     floor_w: f64,
 ) -> Result<AtWindow<f64>> {
-    // Every window is judged by itself: nothing restarts it.
+    // Every window is judged by itself: without restarts.
     let (replayed, _) = fitted.follow(log, &moving(window_s, false))?;
     let mut metrics = Metrics::new(floor_w);
     let (mut worst_sum, mut all, mut inside) = (0.0, Vec::new(), 0);
@@ -74,7 +74,7 @@ pub(super) struct WindowRow {
     pub(super) figures: AtWindow<Spread>,
 }
 
-/// What a seed gives: length in s, method.
+/// A seed's figures: length in s, method.
 pub(super) type Swept = (f64, &'static str, AtWindow<f64>);
 
 /// By window, then in the order of the contenders.
@@ -84,8 +84,8 @@ pub(super) fn rows<'a>(seeds: impl Iterator<Item = &'a [Swept]> + Clone) -> Vec<
     lengths.dedup();
     let row = |window_s: f64, method| {
         let of = |seed: &[Swept]| {
-            let own = seed.iter().find(|(length, name, _)| *length == window_s && *name == method);
-            own.map_or([f64::NAN; 5], |(.., found)| *found)
+            let swept = seed.iter().find(|(length, name, _)| *length == window_s && *name == method);
+            swept.map_or([f64::NAN; 5], |(.., figures)| *figures)
         };
         WindowRow { window_s, method, figures: Spread::of_each(seeds.clone().map(of)) }
     };
@@ -95,7 +95,7 @@ pub(super) fn rows<'a>(seeds: impl Iterator<Item = &'a [Swept]> + Clone) -> Vec<
         .collect()
 }
 
-/// What the worst window's mass error is (Section 8 words the published ones as averages).
+/// Meaning of the worst window's mass error (Section 8 calls the published ones averages).
 pub(super) const WORST_MASS: &str = "of each of the two payloads the worst start, the mean of both (an average, as Section 8 words it; the worst start of Section 6's \
                                      table is the worst of both)";
 

@@ -1,4 +1,4 @@
-//! The work on seeds: where its logs go, how it is shared among cores, how it is stopped.
+//! The work on seeds: its folder, its cores, and its end.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use support::error::{Error, Result};
 use tempfile::TempDir;
 
-/// For the logs of the work; goes with it, whatever its end.
+/// For the logs of the work; deleted with it, whatever its end.
 pub(super) fn temporary_folder() -> Result<TempDir> {
     let folder = tempfile::Builder::new().prefix("gmr-").tempdir();
     folder.map_err(|error| Error::io(std::env::temp_dir(), &error))
@@ -27,7 +27,7 @@ pub(super) fn on_all_cores<T: Send>(
     stopped: &AtomicBool,
     work: impl Fn(u64) -> Result<T> + Sync,
 ) -> Result<Vec<T>> {
-    // One at a time: seeds take long, and a thread that holds several would leave others idle.
+    // One at a time: seeds take long, and a thread with several would leave others idle.
     let seeds: Vec<u64> = (0..count).collect();
     seeds.into_par_iter().with_max_len(1).map(|index| go_on(stopped).and_then(|()| work(index))).collect()
 }

@@ -1,4 +1,4 @@
-//! Known dynamics of the robot and its DC motors: one model, of which each source takes a part.
+//! Known dynamics of the robot and its DC motors: one model, of which each source uses some terms.
 //!
 //! A wheel's torque τ is a sum of [`Term`]s, its motor's current i = τ/(n Kt) with the gear ratio
 //! n, its voltage V = R i + Ke n w, and the power P = Σ V i over the wheels (Kim and Kim 2012,
@@ -8,11 +8,11 @@
 //! P = Σ τ w + κ τ²,   κ = R/(n Kt)²
 //! ```
 //!
-//! The sources read κ and the constants of τ from data sheets. A log has none, so they are found by
-//! least squares from the training points, each at least 0; losses of gears and drives are part of
-//! what is found. A source that has no payload treats the mass as one constant, so it is found with
-//! the others and the mass of a point is not looked at. The inductance is left out: its time
-//! constant is a millisecond, far below the filter of the logs.
+//! The sources read κ and the constants of τ from data sheets. A log has none, so they are fitted
+//! by least squares to the training points, each at least 0; they include losses of gears and
+//! drives. A source without a payload treats the mass as a constant: it is fitted with the others,
+//! and a point's mass is not used. The inductance is left out: its time constant is a millisecond,
+//! far below the filter of the logs.
 
 mod term;
 #[cfg(test)]
@@ -45,8 +45,8 @@ const MOST_STEPS: u32 = 300;
 const SMALLEST_GAIN: f64 = 1e-12;
 
 /// So is one that lowers it by less than this share of it. Where a log's power does not grow with
-/// the speed, the winding loss takes all of it: κ grows and the torques shrink without end, while
-/// the power of the model stays.
+/// the speed, the winding loss takes all of it: κ grows and the torques shrink without end, but the
+/// model's power stays.
 const SMALLEST_SHARE: f64 = 1e-5;
 
 /// Shares of the power that are mechanical, from which the search for κ starts.
@@ -79,7 +79,7 @@ impl Dynamics {
         Self { name, terms, braking, constants: None }
     }
 
-    /// Power of a point, W; `each` is told the torque of every wheel that draws or returns power.
+    /// Power of a point, W; `each` receives the torque of every wheel that draws or returns power.
     fn power(&self, constants: &Constants, point: &Point, mut each: impl FnMut(&Torque)) -> f64 {
         let mut sum = 0.0;
         for wheel in point.wheels.iter() {

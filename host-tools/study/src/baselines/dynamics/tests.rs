@@ -88,8 +88,7 @@ fn yao_recovers_its_constants() {
 
 const ALL: [&Card; 5] = [&KIM, &JARAMILLO, &MORALES, &YACOUB, &YAO];
 
-/// One mass, one speed, no turns: constants that the drive does not determine, but no power that is
-/// not a number.
+/// One mass, one speed, no turns: the drive does not determine the constants, but no power is NaN.
 #[test]
 fn poor_drives_give_finite_powers() {
     let moving = drive(500, |_| 1.0).into_iter().find(|point| point.speed.vx > 0.1).unwrap();
@@ -99,13 +98,13 @@ fn poor_drives_give_finite_powers() {
         let mut model = card.make(&burger());
         model.fit(&one_speed).unwrap();
         let predicted = model.predict(&one_speed).unwrap();
-        // The mean of the data: all that one speed tells.
+        // One speed determines only the mean of the data.
         assert!(predicted.iter().all(|power| (power - 2.1).abs() < 0.01), "{}: {predicted:?}", card.name);
     }
 }
 
-/// Power that does not grow with the speed is all winding loss, of which κ and the torques tell
-/// only the product.
+/// Power that does not grow with the speed is all winding loss, which determines only the product
+/// of κ and the torques.
 #[test]
 fn power_that_knows_no_speed_ends_the_search() {
     let points = drive(2000, |point| 2.0 + 0.3 * (91.0 * point.time).sin());

@@ -3,7 +3,7 @@
 
 use super::layers::Layer;
 
-/// Decay of the mean, and of the mean square: the source's own, which everybody takes.
+/// Decay of the mean, and of the mean square: the source's usual ones.
 const DECAY: (f32, f32) = (0.9, 0.999);
 
 /// Keeps the division finite.

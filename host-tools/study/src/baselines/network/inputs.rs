@@ -13,8 +13,7 @@ pub enum Input {
     Acceleration,
     /// True total mass.
     Mass,
-    /// Commanded vx, vy and ω. They stand for the motors' commands: by the kinematics the ones
-    /// follow from the others.
+    /// Commanded vx, vy and ω, which determine the motors' commands by the kinematics.
     Command,
     /// Measured speed of every wheel.
     Wheels,
@@ -59,9 +58,9 @@ mod tests {
     use crate::baselines::testing::{burger, drive};
     use crate::baselines::{Card, Point, Readings};
 
-    /// Trained on 2000 points of a power that its own inputs tell, it explains the next 1000 but
-    /// for 3 %, and what it does not take makes no difference. (Waves are incommensurable: the next
-    /// points are others.)
+    /// Trained on 2000 points of a power that depends on its inputs, it explains the next 1000 but
+    /// for 3 %. What is no input makes no difference. (Waves are incommensurable: the next points
+    /// are others.)
     fn learns_its_own(card: &Card, power: fn(&Point) -> f64, change_the_rest: fn(&mut Point)) {
         let mut points = drive(3000, power);
         let mut model = card.make(&burger());
@@ -78,7 +77,7 @@ mod tests {
         assert_eq!(model.predict(test).unwrap(), predicted, "{}", card.name);
     }
 
-    /// Rolling at the mass, and what the body's inertia takes and gives.
+    /// Rolling in proportion to the mass, and the power of the body's inertia.
     #[test]
     fn the_perceptron_learns_from_motion_and_mass() {
         learns_its_own(
@@ -91,14 +90,14 @@ mod tests {
         );
     }
 
-    /// Motors that lag behind what they are told draw more.
+    /// Motors behind their command draw more.
     #[test]
     fn liu_learns_from_commands_and_feedback() {
         learns_its_own(
             &LIU_PERCEPTRON,
             |point| {
-                let lag = point.readings.command.vx - point.speed.vx;
-                0.5 + 0.05 * point.wheels.iter().map(|wheel| wheel.speed.abs()).sum::<f64>() + 10.0 * lag
+                let missing = point.readings.command.vx - point.speed.vx;
+                0.5 + 0.05 * point.wheels.iter().map(|wheel| wheel.speed.abs()).sum::<f64>() + 10.0 * missing
             },
             |point| {
                 (point.mass, point.acceleration.vx) = (9.0, 7.0);
@@ -125,7 +124,7 @@ mod tests {
         );
     }
 
-    /// Climbing costs, driving along the contour costs a little of it, and the way down is free.
+    /// Climbing costs, driving along the contour costs little of that, and the way down is free.
     #[test]
     fn sakayori_learns_from_the_slope() {
         learns_its_own(

@@ -88,7 +88,7 @@ impl Layers {
                     *slope = if signal > 0.0 { *slope } else { 0.0 };
                 });
             }
-            // Explicit transposes: nalgebra's fast product takes matrices as they lie.
+            // Explicit transposes: nalgebra's fast product needs matrices as they are stored.
             let before = if index == 0 { inputs } else { &signals[index - 1] };
             gradient.push(Layer { weight: &slopes * before.transpose(), bias: slopes.column_sum() });
             if index > 0 {
@@ -206,15 +206,15 @@ mod tests {
         let layers = Layers { layers: all("layers"), rectified: false };
         let (inputs, slopes) = (matrix(&reference["inputs"]), numbers(&reference["slopes"]));
         let within = 3.0 * 32.0 * 6e-8 * 10.0;
-        for (found, expected) in layers.output(&inputs).iter().zip(numbers(&reference["outputs"])) {
-            assert!((found - expected).abs() < within, "{found} {expected}");
+        for (value, expected) in layers.output(&inputs).iter().zip(numbers(&reference["outputs"])) {
+            assert!((value - expected).abs() < within, "{value} {expected}");
         }
         let slopes = DMatrix::from_row_slice(1, slopes.len(), &slopes);
         let gradient = layers.backward(&inputs, &layers.forward(&inputs), slopes);
         assert_eq!(gradient.len(), 3);
-        for (found, expected) in gradient.iter().zip(all("gradient")) {
-            assert!((&found.weight - &expected.weight).amax() < within, "{found:?} {expected:?}");
-            assert!((&found.bias - &expected.bias).amax() < within, "{found:?} {expected:?}");
+        for (layer, expected) in gradient.iter().zip(all("gradient")) {
+            assert!((&layer.weight - &expected.weight).amax() < within, "{layer:?} {expected:?}");
+            assert!((&layer.bias - &expected.bias).amax() < within, "{layer:?} {expected:?}");
         }
     }
 }

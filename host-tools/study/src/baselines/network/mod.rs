@@ -1,9 +1,10 @@
 //! Feed-forward neural networks: the paper's own perceptron (Section 7.2) and those of its Table 1.
 //!
-//! What the sources leave open is scikit-learn's `MLPRegressor`: Adam, mini-batches of 200, weights
-//! within Glorot's bound, the last epoch's weights kept. Not scikit-learn's: no penalty on weights,
-//! and the tolerance is in variances of the power (the paper does not say what unit its loss has).
-//! `tests/network_seeds.rs` trains the perceptron at the published learning rate with ten seeds.
+//! What the sources leave open follows scikit-learn's `MLPRegressor`: Adam, mini-batches of 200,
+//! weights within Glorot's bound, the last epoch's weights kept. Two things differ: there is no
+//! penalty on weights, and the tolerance is in variances of the power (the paper gives no unit for
+//! its loss). `tests/network_seeds.rs` trains the perceptron at the published learning rate with
+//! ten seeds.
 
 mod adam;
 mod inputs;
@@ -38,7 +39,7 @@ pub fn perceptron(settings: Settings) -> Network {
     Network::new("mlp", MOTION_AND_MASS, settings)
 }
 
-/// A network that learns the power from some of what a point tells.
+/// A network that learns the power from some values of a point.
 #[derive(Debug, Clone)]
 pub struct Network {
     /// In refusals.
@@ -75,9 +76,9 @@ impl Network {
     /// # Errors
     /// Too few points, or one that is not finite.
     fn see(&self, points: &[Point]) -> Result<Vec<Vec<f64>>> {
-        let (found, batch) = (points.len(), self.settings.batch);
-        if found < batch {
-            let message = format!("{found} training points; expected at least one mini-batch of {batch}");
+        let (count, batch) = (points.len(), self.settings.batch);
+        if count < batch {
+            let message = format!("{count} training points; expected at least one mini-batch of {batch}");
             return Err(self.failed(message));
         }
         let see = |(index, point): (usize, &Point)| {

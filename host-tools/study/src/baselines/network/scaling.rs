@@ -1,4 +1,4 @@
-//! Inputs and power to about unit size, as networks learn best.
+//! Scales inputs and power to about unit size, with which networks learn best.
 
 use nalgebra::DMatrix;
 
@@ -23,7 +23,7 @@ impl Standard {
     }
 }
 
-/// How what a network sees of a point becomes its inputs, and its output a power.
+/// Scales a network's values of a point to its inputs, and its output to a power.
 #[derive(Debug, Clone)]
 pub(super) struct Scaling {
     /// Quantities that change in training, by their place: a differential drive has no vy.
@@ -32,8 +32,7 @@ pub(super) struct Scaling {
 }
 
 impl Scaling {
-    /// By the training; `None` where nothing changes that a network could learn from. A rectified
-    /// output keeps its zero.
+    /// From the training; `None` without an input that changes. A rectified output keeps its zero.
     pub(super) fn new(seen: &[Vec<f64>], powers: &[f64], rectified: bool) -> Option<Self> {
         let places = 0..seen.first()?.len();
         let standard = |place: usize| Some((place, Standard::new(seen.iter().map(|row| row[place]))?));

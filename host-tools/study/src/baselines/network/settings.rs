@@ -31,8 +31,8 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// Section 7.2: seven hidden layers (how wide it does not say), the learning rate 0.01, the end
-    /// of the training.
+    /// Section 7.2: seven hidden layers (it gives no width), the learning rate 0.01, the end of the
+    /// training.
     pub const PERCEPTRON: Self = Self {
         hidden_layers: 7,
         width: 32,

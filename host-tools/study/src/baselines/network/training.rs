@@ -75,8 +75,8 @@ pub(super) fn train(
             break;
         }
     }
-    let found = layers.output(inputs);
-    if found.max() - found.min() < 1e-4 {
+    let predicted = layers.output(inputs);
+    if predicted.max() - predicted.min() < 1e-4 {
         training.ending = Ending::Dead;
     } else if training.loss > WORTHLESS {
         training.ending = Ending::Diverged;

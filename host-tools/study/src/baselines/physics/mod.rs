@@ -1,5 +1,5 @@
-//! Physics-based power from outside: what the motion of the body and the resistance of the ground
-//! ask for, with or without the losses of the motors.
+//! Physics-based power from outside: the power for the motion of the body and the resistance of the
+//! ground, with or without the losses of the motors.
 //!
 //! ```text
 //! P = m max(v·v̇, 0) + I max(ω ω̇, 0)      growth of the kinetic energy
@@ -9,14 +9,14 @@
 //!
 //! The split into kinetic, traction and motor energy is that of Wahab, Rios-Gutierrez and El Shahat
 //! (2015), with the resistance μ m g r at every wheel. The sources measure the constants one by
-//! one; a log has none of these measurements, so they are found together by least squares, each at
-//! least 0, with the mass as one of them: no source has a payload.
+//! one. A log has none of these measurements: all are fitted together by least squares, each at
+//! least 0. The mass is one of them: no source has a payload.
 //!
-//! Chosen here: what motion gives up in braking is lost, as in the paper's Eq. 8. The motors'
-//! winding loss is that of a current of friction i_f and one of inertia i_K K, where K = (M'' a) is
-//! the inertial torque of a wheel per kilogram, multiplied out, so that the power is linear in all
-//! constants. The constant power of electronics is left out: it is not part of a log's actuation
-//! power.
+//! Chosen here: the kinetic energy lost in braking is not recovered, as in the paper's Eq. 8. The
+//! motors' winding loss is that of a current of friction i_f and one of inertia i_K K, where K =
+//! (M'' a) is the inertial torque of a wheel per kilogram, multiplied out, so that the power is
+//! linear in all constants. The constant power of electronics is left out: it is not part of a
+//! log's actuation power.
 
 mod lugre;
 mod term;
@@ -52,8 +52,8 @@ pub struct Physics {
 enum Friction {
     /// The same torque at any speed.
     Constant,
-    /// The bristles of LuGre under a wheel of this radius, m; `None` where the robot's file does
-    /// not tell.
+    /// The bristles of LuGre under a wheel of this radius, m; `None` where the robot's file has
+    /// none.
     LuGre(Option<f64>),
 }
 
@@ -61,7 +61,7 @@ enum Friction {
 type Fitted = ([f64; MOST], f64);
 
 impl Physics {
-    /// Not fitted; with the bristles of LuGre where a term is theirs, else with constant friction.
+    /// Not fitted; with LuGre's bristles if a term needs them, else with constant friction.
     ///
     /// # Panics
     /// With more terms than there are places for.
@@ -83,7 +83,7 @@ impl Physics {
         }
     }
 
-    /// Of each term per unit of its constant; 0 behind the last.
+    /// Power of each term per unit of its constant; 0 after the last.
     fn powers(&self, point: &Point, bristles: &Bristles, stribeck: f64) -> [f64; MOST] {
         let mut powers = [0.0; MOST];
         for (power, term) in powers.iter_mut().zip(self.terms) {
@@ -112,7 +112,7 @@ impl Physics {
         let cost = |place: f64| self.solve(points, bristles, at(place)).1;
         let grid = (0..=GRID).map(|place| (f64::from(place), cost(f64::from(place))));
         let best = grid.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0.0, |(place, _)| place);
-        at(golden_section(best - 1.0, best + 1.0, 1e-6, cost).map_or(best, |found| found.at))
+        at(golden_section(best - 1.0, best + 1.0, 1e-6, cost).map_or(best, |least| least.at))
     }
 }
 

@@ -31,8 +31,7 @@ pub enum Term {
     ScrubHeat,
     /// Weight along a slope: m g v sin θ.
     Grade,
-    /// What friction falls by from rest to speed: (Fs − Fc) Σ exp(−(w/vs)²) y w. With bristles
-    /// only.
+    /// Decrease of friction from rest to speed: (Fs − Fc) Σ exp(−(w/vs)²) y w. With bristles only.
     Stribeck,
 }
 

@@ -124,8 +124,8 @@ fn anjum_recovers_the_stribeck_curve() {
 
 const ALL: [&Card; 6] = [&WAHAB, &DATOUO, &HOU, &DOGRU, &TOUZOUT, &ANJUM];
 
-/// One mass, one speed, no turns: constants that the drive does not determine, but the power that
-/// it has.
+/// One mass, one speed, no turns: the drive does not determine the constants, but the power is
+/// right.
 #[test]
 fn poor_drives_give_finite_powers() {
     let moving = drive(500, |_| 1.0).into_iter().find(|point| point.speed.vx > 0.1).unwrap();

@@ -95,11 +95,11 @@ impl Solved {
         let count = samples.len();
         let scaled: Vec<_> = samples.iter().map(|(inputs, _)| hyper.scale(inputs)).collect();
         let mut covariance = DMatrix::zeros(count, count);
-        for (column, own) in scaled.iter().enumerate() {
+        for (column, inputs) in scaled.iter().enumerate() {
             covariance[(column, column)] = 1.0 + hyper.noise;
             // The factor is made from the lower triangle alone.
             for (row, other) in scaled.iter().enumerate().skip(column + 1) {
-                covariance[(row, column)] = correlation(own, other);
+                covariance[(row, column)] = correlation(inputs, other);
             }
         }
         let factor = covariance.cholesky()?;

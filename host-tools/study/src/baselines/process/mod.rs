@@ -1,10 +1,10 @@
 //! Quann 2020: Gaussian-process regression of the power over the robot's motion.
 //!
-//! The power is the longitudinal dynamics of [`super::longitudinal`], fitted by least squares, and
-//! what these leave: a Gaussian process over v, ω, v̇ and the road grade, with a
-//! squared-exponential kernel, a length for each input, and noise. The source has place and terrain
-//! among the inputs, which logs do not tell. Lengths and noise maximise the log marginal likelihood
-//! of a part of the training; the process is exact, on at most 1000 points of it.
+//! The power is the longitudinal dynamics of [`super::longitudinal`], fitted by least squares. A
+//! Gaussian process models the residual over v, ω, v̇ and the road grade: squared-exponential
+//! kernel, a length for each input, and noise. The source has place and terrain among the inputs;
+//! logs have neither. Lengths and noise maximise the log marginal likelihood of a part of the
+//! training; the process is exact, on at most 1000 points of it.
 
 mod kernel;
 mod search;
@@ -37,7 +37,7 @@ pub struct GaussianProcess {
 struct Fitted {
     mean: [f64; TERMS],
     scaling: Scaling,
-    /// Of the mean's residuals; `None` where it leaves nothing but rounding.
+    /// Of the mean's residuals; `None` if they are only rounding.
     process: Option<Process>,
 }
 
@@ -55,17 +55,17 @@ impl Baseline for GaussianProcess {
             )));
         }
         let mean: [f64; TERMS] = least_squares(&rows)
-            .and_then(|found| found.try_into().ok())
+            .and_then(|mean| mean.try_into().ok())
             .ok_or_else(|| failed("the regression of the mean"))?;
         let scaling = Scaling::new(training);
         let samples: Vec<_> = evenly(training.len(), MOST_POINTS)
             .map(|index| (scaling.apply(&training[index]), rows[index].1 - weigh(&rows[index].0, &mean)))
             .collect();
         let square = |values: &mut dyn Iterator<Item = f64>| values.map(|value| value * value).sum::<f64>();
-        let left = square(&mut samples.iter().map(|(_, residual)| *residual)) / samples.len() as f64;
+        let unexplained = square(&mut samples.iter().map(|(_, residual)| *residual)) / samples.len() as f64;
         let power = square(&mut rows.iter().map(|(_, power)| *power)) / rows.len() as f64;
         // A millionth of the power: rounding of a mean that explains all.
-        let process = if left > 1e-12 * power {
+        let process = if unexplained > 1e-12 * power {
             let searched: Vec<_> =
                 evenly(samples.len(), SEARCHED_POINTS).map(|index| samples[index]).collect();
             let hyper = search::most_likely(&searched, scaling.changing());

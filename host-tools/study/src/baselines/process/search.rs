@@ -32,9 +32,9 @@ pub(super) fn most_likely(samples: &[Sample], changing: [bool; INPUTS]) -> Hyper
                     if trial == best.1 {
                         continue;
                     }
-                    let found = likelihood(samples, &trial);
-                    if found > best.0 {
-                        best = (found, trial);
+                    let likely = likelihood(samples, &trial);
+                    if likely > best.0 {
+                        best = (likely, trial);
                         break;
                     }
                 }

@@ -26,24 +26,23 @@ fn drawn(hyper: &Hyper, count: usize) -> Vec<Sample> {
     inputs.into_iter().zip(values.iter().copied()).collect()
 }
 
-/// Samples of its own process give its parameters back. What is found must be at least as likely as
+/// Samples of its own process give its parameters back. The result must be at least as likely as
 /// the truth, but for the search's last step: half of it, 7 % of a length and 14 % of the noise,
 /// costs ½ (0.07/0.2)² = 0.06 for each length and ½ (0.14/0.15)² = 0.4 for the noise. The inputs
-/// span 2.8, so that seven, four and two lengths fit in: the estimate of a length scatters by a
-/// fifth to a third, that of the noise by √(2/200) and more, since the signal takes a part of the
-/// samples.
+/// span 2.8, so seven, four and two lengths fit in: the estimate of a length scatters by a fifth to
+/// a third, that of the noise by √(2/200) and more, since the signal takes a part of the samples.
 #[test]
 fn recovers_lengths_noise_and_signal() {
     let truth = Hyper { lengths: [0.4, 0.8, 1.2, f64::INFINITY], noise: 0.05 };
     let samples = drawn(&truth, 200);
-    let found = search::most_likely(&samples, [true, true, true, false]);
-    let gain = log_likelihood(&samples, &found).unwrap() - log_likelihood(&samples, &truth).unwrap();
-    assert!(gain > -1.0, "{gain} {found:?}");
-    for (found, truth) in found.lengths.iter().zip(truth.lengths).take(3) {
-        assert!((found / truth).ln().abs() < 1.5_f64.ln(), "{found} {truth}");
+    let hyper = search::most_likely(&samples, [true, true, true, false]);
+    let gain = log_likelihood(&samples, &hyper).unwrap() - log_likelihood(&samples, &truth).unwrap();
+    assert!(gain > -1.0, "{gain} {hyper:?}");
+    for (length, truth) in hyper.lengths.iter().zip(truth.lengths).take(3) {
+        assert!((length / truth).ln().abs() < 1.5_f64.ln(), "{length} {truth}");
     }
-    assert_eq!(found.lengths[3], f64::INFINITY);
-    let (signal, noise) = Process::new(&samples, found).unwrap().spreads();
+    assert_eq!(hyper.lengths[3], f64::INFINITY);
+    let (signal, noise) = Process::new(&samples, hyper).unwrap().spreads();
     assert!((signal / 2.0).ln().abs() < 1.5_f64.ln(), "{signal}");
     assert!((noise / (2.0 * truth.noise.sqrt())).ln().abs() < 1.5_f64.ln(), "{noise}");
 }
@@ -84,15 +83,15 @@ fn learns_what_the_longitudinal_dynamics_leave() {
     );
 }
 
-/// Where the longitudinal dynamics explain all, they are all: rounding only.
+/// Where the longitudinal dynamics explain everything, there is no process: rounding only.
 #[test]
 fn recovers_its_mean() {
     let points =
         level(2000, |point| 0.6 + 1.5 * point.speed.vx.abs() + 4.0 * point.speed.vx * point.acceleration.vx);
     let mut model = GaussianProcess::default();
     model.fit(&points).unwrap();
-    let found: Vec<f64> = model.parameters().iter().map(|parameter| parameter.value).collect();
-    assert!(found.len() == 3 && found.iter().zip([0.6, 1.5, 4.0]).all(|(a, b)| (a - b).abs() < 1e-9));
+    let values: Vec<f64> = model.parameters().iter().map(|parameter| parameter.value).collect();
+    assert!(values.len() == 3 && values.iter().zip([0.6, 1.5, 4.0]).all(|(a, b)| (a - b).abs() < 1e-9));
 }
 
 /// Constant motion has no input to learn over: the mean of the power.
@@ -143,8 +142,8 @@ fn likelihood_and_means_are_scikit_learns() {
         let number = |name: &str| given[name].as_f64().unwrap();
         let lengths: [f64; INPUTS] = serde_json::from_value(given["lengths"].clone()).unwrap();
         let hyper = Hyper { lengths, noise: number("noise") };
-        let (found, expected) = (log_likelihood(&samples, &hyper).unwrap(), number("log_likelihood"));
-        assert!((found - expected).abs() < 2e-9 * expected.abs(), "{found} {expected}");
+        let (likelihood, expected) = (log_likelihood(&samples, &hyper).unwrap(), number("log_likelihood"));
+        assert!((likelihood - expected).abs() < 2e-9 * expected.abs(), "{likelihood} {expected}");
         let process = Process::new(&samples, hyper).unwrap();
         assert!((process.spreads().0 / number("signal") - 1.0).abs() < 2e-9);
         let means: Vec<f64> = serde_json::from_value(given["means"].clone()).unwrap();
@@ -161,10 +160,10 @@ fn likelihood_and_means_are_scikit_learns() {
 #[test]
 fn the_search_finds_what_scikit_learn_finds() {
     let (samples, _) = samples();
-    let found = search::most_likely(&samples, [true; INPUTS]);
+    let hyper = search::most_likely(&samples, [true; INPUTS]);
     let best = reference("process")["best_log_likelihood"].as_f64().unwrap();
-    let lost = best - log_likelihood(&samples, &found).unwrap();
-    println!("{lost:.3} below {best:.3}: {found:?}");
+    let lost = best - log_likelihood(&samples, &hyper).unwrap();
+    println!("{lost:.3} below {best:.3}: {hyper:?}");
     // Nor does it find more, but for rounding and the end of that optimiser.
-    assert!((-0.01..0.64).contains(&lost), "{lost} {found:?}");
+    assert!((-0.01..0.64).contains(&lost), "{lost} {hyper:?}");
 }

@@ -12,8 +12,8 @@ use crate::baselines::regression::{rows, unfitted};
 
 const NAME: &str = "sadrpour-bayes";
 
-/// Length of a segment with an estimate of its own, s. The source has one a road segment; logs do
-/// not name roads.
+/// Length of a segment, s: each has an estimate. The source has one a road segment; logs name no
+/// roads.
 const SEGMENT_S: f64 = 10.0;
 
 /// Smallest share of the mean squared power that counts as noise: below it is the rounding of data
@@ -36,12 +36,11 @@ impl Baseline for Bayes {
         let mut rest = rows.as_slice();
         let mut segments = Vec::new();
         for points in training.chunk_by(same) {
-            let (own, others) = rest.split_at(points.len());
+            let (segment, others) = rest.split_at(points.len());
             rest = others;
-            // A last stretch that is hardly longer than its parameters are many tells nothing of
-            // noise.
-            if own.len() > 2 * TERMS {
-                segments.push(own);
+            // A segment with hardly more points than parameters shows no noise.
+            if segment.len() > 2 * TERMS {
+                segments.push(segment);
             }
         }
         let prior = Prior::of(&segments)?;
@@ -103,8 +102,7 @@ mod tests {
         );
     }
 
-    /// On a ground of 4 N it begins at the prior's 3 N, and has found the truth before one segment
-    /// is over.
+    /// On a ground of 4 N it begins at the prior's 3 N, and reaches the truth within one segment.
     #[test]
     fn the_drive_updates_the_prior() {
         let mut model = Bayes::default();

@@ -6,11 +6,11 @@ use crate::baselines::point::Point;
 use crate::baselines::regression::weigh;
 
 /// Largest variance of a parameter, in variances of the power's noise per squared SI unit: the
-/// start where nothing is known, and what forgetting cannot exceed. Against the information of one
-/// minute of driving, at least about 1 in these units, it is nothing.
+/// start where nothing is known, and the limit of forgetting. It is negligible beside the
+/// information of one minute of driving, at least about 1 in these units.
 const DIFFUSE: f64 = 1e6;
 
-/// Forgetting is no faster than this in one step, whatever the time since the last.
+/// Limit of forgetting in one step, whatever the time since the last.
 const MOST_FORGETTING: f64 = 0.01;
 
 /// Parameters of a power that is linear in them, and how well they are known.
@@ -47,8 +47,7 @@ impl<const TERMS: usize> Recursive<TERMS> {
         Self { covariance: covariance.component_mul(&(within * within.transpose())), ..*self }
     }
 
-    /// Learns from one power, after what was known has been forgotten by a factor λ (1: nothing).
-    /// Ignores what is not finite.
+    /// Forgets by a factor λ (1: nothing), then learns from one power. Ignores what is not finite.
     pub fn update(&mut self, terms: &[f64; TERMS], power: f64, forgetting: f64) {
         if !(power.is_finite() && terms.iter().all(|term| term.is_finite())) {
             return;
@@ -63,8 +62,8 @@ impl<const TERMS: usize> Recursive<TERMS> {
         self.covariance = (covariance + covariance.transpose()) * 0.5;
     }
 
-    /// The power of every point from the powers of those before it in its run; each run begins with
-    /// what is known now. What is known loses the weight exp(-Δt / `memory_s`) from point to point.
+    /// Predicts the power of every point from the powers before it in its run; each run begins with
+    /// the present knowledge. Knowledge loses the weight exp(-Δt / `memory_s`) from point to point.
     pub fn drive(&self, points: &[Point], memory_s: f64, terms: impl Fn(&Point) -> [f64; TERMS]) -> Vec<f64> {
         let mut powers = Vec::with_capacity(points.len());
         for run in points.chunk_by(|a, b| a.run == b.run) {

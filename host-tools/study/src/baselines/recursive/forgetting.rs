@@ -1,19 +1,19 @@
 //! The mass by recursive least squares with several forgetting factors (Vahidi, Stefanopoulou and
 //! Peng 2005), and a robust form of it.
 //!
-//! The source finds a vehicle's mass and a road's grade while it drives: two parameters that change
-//! at different paces, so that one forgetting factor for both lets the mass drift or the grade lag.
-//! Here the second parameter is what the ground takes:
+//! The source estimates a vehicle's mass and a road's grade while it drives. The two change at
+//! different paces: with one forgetting factor for both, the mass would drift or the grade lag.
+//! Here the second parameter is the resistance of the ground:
 //!
 //! ```text
 //! P = b + f |v| cos φ + M (v̇ + g sin φ) v,   M = c m
 //! ```
 //!
-//! b and c are learned from the training, whose masses are known; f and M are followed while
-//! driving, each with a memory of its own. The update is the source's: the gain looks at both, each
-//! variance at its own parameter only. The robust form bounds a residual at 1.345 times its usual
-//! size (Huber 1964). Memories are a choice of this project: a payload stays for minutes, ground
-//! changes within seconds.
+//! b and c are learned from the training, whose masses are known; f and M are tracked while
+//! driving, each with its own memory. The update is the source's: the gain considers both, each
+//! variance only its own parameter. The robust form bounds a residual at 1.345 times its usual size
+//! (Huber 1964). The memories are chosen here: a payload stays for minutes, ground changes within
+//! seconds.
 
 use support::error::{Error, Result};
 
@@ -28,13 +28,13 @@ const MEMORIES_S: [f64; 2] = [10.0, 60.0];
 /// Huber's bound, in standard deviations: 95 % as efficient as least squares on normal residuals.
 const BOUND: f64 = 1.345;
 
-/// Largest variance, in variances of the noise: what forgetting cannot exceed.
+/// Largest variance, in variances of the noise: the limit of forgetting.
 const DIFFUSE: f64 = 1e6;
 
 /// Standard deviation over mean size of a normal value: √(π ∕ 2).
 const STD_OF_MEAN_SIZE: f64 = 1.253_314_137_315_5;
 
-/// Longitudinal dynamics with a mass that is found while driving.
+/// Longitudinal dynamics with a mass that is estimated while driving.
 #[derive(Debug, Clone, Copy)]
 pub struct Forgetting {
     name: &'static str,
@@ -69,21 +69,21 @@ impl Forgetting {
     /// Predicted power, W, and mass, kg, of every point, from the powers before it in its run.
     fn drive(&self, points: &[Point]) -> Result<Vec<(f64, f64)>> {
         let Fitted { rest_w, per_kg, start } = self.fitted.ok_or_else(|| unfitted(self.name))?;
-        let mut found = Vec::with_capacity(points.len());
+        let mut estimates = Vec::with_capacity(points.len());
         for run in points.chunk_by(|a, b| a.run == b.run) {
             let (mut state, mut last) = (start, run[0].time);
             for point in run {
                 let [one, rolling, inertial] = terms(point);
                 let [f, effective] = state.estimate;
                 let predicted = weigh(&[one, rolling, inertial], &[rest_w, f, effective]);
-                found.push((predicted, effective / per_kg));
+                estimates.push((predicted, effective / per_kg));
                 if predicted.is_finite() && point.power.is_finite() {
                     state.learn([rolling, inertial], point.power - predicted, point.time - last, self.robust);
                     last = point.time;
                 }
             }
         }
-        Ok(found)
+        Ok(estimates)
     }
 }
 
@@ -107,8 +107,8 @@ impl State {
 }
 
 impl Baseline for Forgetting {
-    /// b, c and where a drive begins: the mean payload of the training, known as well as one memory
-    /// of it tells.
+    /// b, c and the start of a drive: the mean payload of the training, with the information of one
+    /// memory.
     fn fit(&mut self, training: &[Point]) -> Result<()> {
         self.fitted = None;
         let all = |point: &Point| {
@@ -117,8 +117,8 @@ impl Baseline for Forgetting {
         };
         let rows = rows(self.name, training, all)?;
         let failed = || Error::failed(format!("{}: the regression has no finite solution", self.name));
-        let found = least_squares(&rows).ok_or_else(failed)?;
-        let [rest_w, rolling, rolling_per_kg, per_kg] = found[..] else { return Err(failed()) };
+        let coefficients = least_squares(&rows).ok_or_else(failed)?;
+        let [rest_w, rolling, rolling_per_kg, per_kg] = coefficients[..] else { return Err(failed()) };
         if per_kg.is_nan() || per_kg <= 0.0 {
             return Err(Error::failed(format!(
                 "{}: inertia takes {per_kg:.3} of a kilogram's power; expected training that speeds up and brakes at several masses",
@@ -128,7 +128,7 @@ impl Baseline for Forgetting {
         let count = rows.len() as f64;
         let mean = |value: &dyn Fn(&Point) -> f64| training.iter().map(value).sum::<f64>() / count;
         let mass = mean(&|point| point.mass);
-        let residual = |(terms, power): &([f64; 4], f64)| (power - weigh(terms, &found)).abs();
+        let residual = |(terms, power): &([f64; 4], f64)| (power - weigh(terms, &coefficients)).abs();
         let spread_w = STD_OF_MEAN_SIZE * rows.iter().map(residual).sum::<f64>() / count;
         let steps = training.windows(2).filter(|pair| pair[0].run == pair[1].run);
         let period_s = steps.map(|pair| pair[1].time - pair[0].time).find(|step| *step > 0.0).unwrap_or(1.0);
@@ -172,7 +172,7 @@ mod tests {
         0.5 + ground_n * rolling + 1.2 * point.mass * inertial
     }
 
-    /// A sensor's, up to 0.1 W: without any, every residual would be far beyond the usual.
+    /// A sensor's noise, up to 0.1 W: without any, every residual would be far beyond the usual.
     fn scatter(point: &Point) -> f64 {
         0.1 * (7919.0 * point.time).sin()
     }
@@ -196,8 +196,8 @@ mod tests {
         points
     }
 
-    /// What remains of the start after five memories is exp(−5) = 0.7 % of the way from 2 kg, and
-    /// of the ground's step, which the mass sees for as long as f lags, as little.
+    /// After five memories exp(−5) = 0.7 % of the way from 2 kg remains. As little remains of the
+    /// ground's step, which the mass sees for as long as f lags.
     #[test]
     fn the_mass_is_found_whatever_the_ground_does() {
         let points = loaded(2.8, 0.0);

@@ -34,9 +34,8 @@ impl<const TERMS: usize> Online<TERMS> {
 }
 
 impl<const TERMS: usize> Baseline for Online<TERMS> {
-    /// The training gives the parameters with which a drive begins. All of it weighs alike, and no
-    /// more than one memory of driving, or a long training would hold on against what the drive
-    /// shows.
+    /// The training gives the parameters at the start of a drive. All of it has the same weight,
+    /// together at most that of one memory: a long training would otherwise outweigh the drive.
     fn fit(&mut self, training: &[Point]) -> Result<()> {
         self.known = None;
         let mut known = Recursive::diffuse();

@@ -1,4 +1,4 @@
-//! The distribution of a drive's parameters, from what segments of earlier drives tell.
+//! The distribution of a drive's parameters, from segments of earlier drives.
 
 use nalgebra::{SMatrix, SVector};
 use support::error::{Error, Result};
@@ -13,14 +13,14 @@ type Square = SMatrix<f64, TERMS, TERMS>;
 /// Fewest segments: fewer leave the covariance of the parameters singular.
 const FEWEST_SEGMENTS: usize = TERMS + 1;
 
-/// How strongly a segment's estimate leans on that of all segments, in average segments: enough to
-/// hold the parameters that its own manoeuvres do not show.
+/// Weight of all segments in a segment's estimate, in average segments: enough to hold the
+/// parameters that its own manoeuvres do not show.
 const LEANING: f64 = 0.01;
 
 /// Smallest information about a parameter, as in recursive least squares that know nothing.
 const LEAST_INFORMATION: f64 = 1e-6;
 
-/// A normal prior, and the noise beside which it stands.
+/// A normal prior, and the noise that it is relative to.
 pub(super) struct Prior {
     pub(super) mean: [f64; TERMS],
     /// Of the parameters, between segments.
@@ -30,7 +30,7 @@ pub(super) struct Prior {
 }
 
 impl Prior {
-    /// Mean and covariance of one estimate a segment, and the variance that these leave within the
+    /// Mean and covariance of the segments' estimates, and the variance of the residual within
     /// segments.
     pub(super) fn of(segments: &[&[Observation<[f64; TERMS]>]]) -> Result<Self> {
         if segments.len() < FEWEST_SEGMENTS {
@@ -42,7 +42,7 @@ impl Prior {
         let all: Vec<_> = segments.concat();
         let failed = || Error::failed("sadrpour-bayes: the training drives have no finite solution");
         let pooled: [f64; TERMS] =
-            least_squares(&all).and_then(|found| found.try_into().ok()).ok_or_else(failed)?;
+            least_squares(&all).and_then(|mean| mean.try_into().ok()).ok_or_else(failed)?;
         let count = segments.len() as f64;
         let gram: Square = all.iter().map(|(terms, _)| Vector::from(*terms)).map(|x| x * x.transpose()).sum();
         let information = gram * (LEANING / count) + Square::identity() * LEAST_INFORMATION;

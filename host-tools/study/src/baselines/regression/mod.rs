@@ -23,7 +23,7 @@ pub struct Regression {
     coefficients: Option<Vec<f64>>,
 }
 
-/// What coefficients multiply: as many for every point.
+/// The values that coefficients multiply: the same number for every point.
 enum Terms {
     Listed(&'static [Listed], Body),
     Wheels(WheelSpeeds),

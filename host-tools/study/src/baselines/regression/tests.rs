@@ -16,15 +16,15 @@ fn line() -> Regression {
 /// integers.
 #[test]
 fn residuals_are_orthogonal_to_the_terms() {
-    let found = least_squares(&[([1.0, 0.0], 2.0), ([1.0, 1.0], 1.0), ([1.0, 2.0], 6.0)]).unwrap();
-    assert!((found[0] - 1.0).abs() < 1e-12 && (found[1] - 2.0).abs() < 1e-12, "{found:?}");
+    let fit = least_squares(&[([1.0, 0.0], 2.0), ([1.0, 1.0], 1.0), ([1.0, 2.0], 6.0)]).unwrap();
+    assert!((fit[0] - 1.0).abs() < 1e-12 && (fit[1] - 2.0).abs() < 1e-12, "{fit:?}");
 }
 
 /// Of x + y = 2 with equal columns the smallest solution is (1, 1); a column of zeros gets 0.
 #[test]
 fn shares_what_repeats_and_leaves_out_what_is_not_there() {
-    let found = least_squares(&[([1.0, 1.0, 0.0], 2.0), ([2.0, 2.0, 0.0], 4.0)]).unwrap();
-    assert!(found.iter().zip([1.0, 1.0, 0.0]).all(|(found, truth)| (found - truth).abs() < 1e-12));
+    let coefficients = least_squares(&[([1.0, 1.0, 0.0], 2.0), ([2.0, 2.0, 0.0], 4.0)]).unwrap();
+    assert!(coefficients.iter().zip([1.0, 1.0, 0.0]).all(|(value, truth)| (value - truth).abs() < 1e-12));
     assert!(least_squares::<[f64; 2]>(&[]).is_none());
 }
 
@@ -182,10 +182,10 @@ fn polynomial_recovers_its_own_coefficients() {
     let mut model = Regression::of_wheels("liu-polynomial", true, &burger());
     model.fit(&points).unwrap();
     let truth = [0.4, 0.3, 0.0, 0.0, 0.2, 0.01, 0.02, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -0.03, 0.0];
-    let found = model.coefficients().unwrap();
-    assert_eq!(found.len(), truth.len());
-    for (found, truth) in found.iter().zip(truth) {
-        assert!((found - truth).abs() < 1e-8, "{found} {truth}");
+    let coefficients = model.coefficients().unwrap();
+    assert_eq!(coefficients.len(), truth.len());
+    for (value, truth) in coefficients.iter().zip(truth) {
+        assert!((value - truth).abs() < 1e-8, "{value} {truth}");
     }
 }
 

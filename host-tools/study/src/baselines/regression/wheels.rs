@@ -37,7 +37,7 @@ impl WheelSpeeds {
         Self { to_wheels: robot.wheel_speeds_of_motion(), products }
     }
 
-    /// The coefficients of the polynomial go unnamed: a0, a_i in the order of (c, w), then a_ij
+    /// The coefficients of the polynomial have no names: a0, a_i in the order of (c, w), then a_ij
     /// with i ≤ j row by row.
     pub(super) fn symbols(&self) -> Vec<Symbol> {
         if self.products {
@@ -78,8 +78,8 @@ mod tests {
         let inverse = burger().wheel_speeds_of_motion();
         let v = 0.5 * 0.033 * (inverse.row(0) + inverse.row(1));
         let omega = 0.033 / 0.16 * (inverse.row(1) - inverse.row(0));
-        for (found, expected) in v.iter().chain(omega.iter()).zip([1.0, 0.0, 0.0, 0.0, 0.0, 1.0]) {
-            assert!((found - expected).abs() < 1e-12, "{inverse}");
+        for (value, expected) in v.iter().chain(omega.iter()).zip([1.0, 0.0, 0.0, 0.0, 0.0, 1.0]) {
+            assert!((value - expected).abs() < 1e-12, "{inverse}");
         }
     }
 }

@@ -1,5 +1,5 @@
-//! What the parts draw: the board's by their data sheets, the estimators by the bench's count of
-//! instructions.
+//! Consumption of the board's parts, by their data sheets, and of the estimators, by the bench's
+//! count of instructions.
 //!
 //! I²C traffic is left out: a sample reads two registers of a sensor, 90 bits or 0.23 ms at 400
 //! kHz, during half of which a line is low and its pull-up of 4.7 kΩ draws 2.3 mW. At 200 Hz and
@@ -24,8 +24,8 @@ const RAIL_V: f64 = experiment::SUPPLY_V;
 /// and 20 µA beside 320 kΩ into IN−.
 const SENSOR_INPUT_A: f64 = 20e-6 + 20e-6 + RAIL_V / 320e3;
 
-/// Sensors that estimating the mass needs: one, in the motors' rail. The paper's robot has four
-/// (Fig. 8); battery, computer and lidar say nothing about the payload.
+/// Sensors needed to estimate the mass: one, in the motors' rail. The paper's robot has four (Fig.
+/// 8); battery, computer and lidar show nothing of the payload.
 const SENSORS: f64 = 1.0;
 
 /// Shunt of the usual INA219 module, Ω.
@@ -45,12 +45,12 @@ const INSTRUCTIONS_PER_CYCLE: f64 = 1.0;
 /// Energy of an instruction, J: its share of all that the running core draws.
 pub(super) const INSTRUCTION_J: f64 = SUPPLY_V * CORE_A / CORE_HZ / INSTRUCTIONS_PER_CYCLE;
 
-/// What the sensors draw while they run, W.
+/// Power of the running sensors, W.
 pub(super) fn sensors_w() -> f64 {
     SENSORS * (SUPPLY_V * SENSOR_SUPPLY_A + RAIL_V * SENSOR_INPUT_A)
 }
 
-/// What the bench has found, committed: it says where it finds otherwise.
+/// The bench's counts, committed: the bench reports a difference.
 const COUNTED: &str = include_str!("../../../../docs/results/instructions.txt");
 
 /// Instructions of one estimator.
