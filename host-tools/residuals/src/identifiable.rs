@@ -48,10 +48,11 @@ pub fn has_one_mass(masses_kg: &[f64], runs: &Runs) -> bool {
 mod tests {
     use logs::robot::Robot;
     use logs::runs::{RawRun, Runs};
-    use model::effects::{Candidate, Detail};
+    use model::effects::Detail;
     use model_core::estimator::Sample;
 
     use super::{also_with_one_mass, unidentifiable};
+    use crate::problem::example::candidate;
     use crate::types::{Round, Scored, Status};
 
     fn runs(masses: [f64; 2]) -> Runs {
@@ -94,17 +95,7 @@ mod tests {
             }],
             outcome: String::new(),
         };
-        let named = |id: &str| {
-            vec![Candidate {
-                id: id.to_owned(),
-                regressors: Vec::new(),
-                unit: String::new(),
-                range: (0.0, 1.0),
-                least: Vec::new(),
-                detail: Detail::Plain,
-                search: 0.0,
-            }]
-        };
+        let named = |id: &str| vec![candidate(id, Vec::new(), (0.0, 1.0))];
         let drag = named("wheel-drag");
         assert_eq!(also_with_one_mass(&drag, &[floor(347.0, Status::Worse)]), ["rolling-resistance-change"]);
         assert!(also_with_one_mass(&drag, &[floor(347.0, Status::Implausible)]).is_empty());

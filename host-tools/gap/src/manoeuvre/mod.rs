@@ -167,20 +167,9 @@ impl Search<'_> {
         separate::planned(self.field, &knots, &self.limits, masses)
     }
 
-    /// How well each pair of ids is distinguished. An effect may show in several ways: the closest
-    /// two count.
+    /// How well each pair of ids is distinguished after so many runs. An effect may show in several
+    /// ways: the closest two count.
     fn separations(
-        &self,
-        known: &Products,
-        recipe: &Recipe,
-        masses: &[f64],
-        reference: usize,
-    ) -> Result<Vec<Pair>> {
-        self.separations_by(known, recipe, masses, reference, RUNS)
-    }
-
-    /// The same after so many runs.
-    fn separations_by(
         &self,
         known: &Products,
         recipe: &Recipe,
@@ -209,7 +198,7 @@ impl Search<'_> {
     /// The z of the closest pair, and a little of all pairs', so that a pair that nothing
     /// distinguishes does not hide the others.
     fn score(&self, known: &Products, recipe: &Recipe, reference: usize) -> Result<f64> {
-        let pairs = self.separations(known, recipe, &self.loads, reference)?;
+        let pairs = self.separations(known, recipe, &self.loads, reference, RUNS)?;
         let mean = pairs.iter().map(|pair| pair.z.min(SURE)).sum::<f64>() / pairs.len().max(1) as f64;
         Ok(worst(&pairs) + 0.1 * mean)
     }
@@ -253,7 +242,7 @@ impl Search<'_> {
         let (_, mut recipe) = best.ok_or_else(|| Error::failed("no profile can be tried"))?;
         for duration_s in DURATIONS_S {
             recipe.duration_s = duration_s;
-            let pairs = self.separations(&self.known(duration_s)?, &recipe, &self.loads, reference)?;
+            let pairs = self.separations(&self.known(duration_s)?, &recipe, &self.loads, reference, RUNS)?;
             if worst(&pairs) >= SURE {
                 break;
             }
@@ -275,7 +264,7 @@ impl Search<'_> {
             let recipe = Recipe { duration_s, ..recipe.clone() };
             let known = self.known(duration_s)?;
             for runs in RUNS_TRIED {
-                let pairs = self.separations_by(&known, &recipe, masses, reference, runs)?;
+                let pairs = self.separations(&known, &recipe, masses, reference, runs)?;
                 tried.push((recipe.clone(), runs, pairs));
             }
         }
@@ -292,9 +281,9 @@ impl Search<'_> {
     /// The loads to drive it with, and the pairs' z.
     fn loaded(&self, recipe: &Recipe, reference: usize) -> Result<(Vec<f64>, Vec<Pair>)> {
         let known = self.known(recipe.duration_s)?;
-        let mut best = (self.loads.to_vec(), self.separations(&known, recipe, &self.loads, reference)?);
+        let mut best = (self.loads.to_vec(), self.separations(&known, recipe, &self.loads, reference, RUNS)?);
         for load in self.loads {
-            let pairs = self.separations(&known, recipe, &[load], reference)?;
+            let pairs = self.separations(&known, recipe, &[load], reference, RUNS)?;
             if worst(&pairs) > ONE_LOAD * worst(&best.1) {
                 best = (vec![load], pairs);
             }

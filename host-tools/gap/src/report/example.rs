@@ -17,7 +17,7 @@ use residuals::types::{Named, Round, Scored, Status, Verdict};
 
 /// As full as a report may be: twelve runs with long names, three effects, many ties and cells.
 pub(crate) fn report(verdict: Verdict) -> Report {
-    let stands = matches!(verdict, Verdict::Named | Verdict::Ambiguous);
+    let stands = verdict.stands();
     let effects = [
         named(
             "grade",

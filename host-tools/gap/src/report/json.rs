@@ -11,7 +11,7 @@ use crate::simulation::Simulated;
 use crate::simulator::Told;
 use crate::simulator::export::Changes;
 use crate::words;
-use residuals::types::{Named, Round, Verdict};
+use residuals::types::{Named, Round};
 
 /// What the keys hold: shown by `gmr gap --help`.
 pub const KEYS: &str = "\
@@ -72,7 +72,7 @@ pub struct Beside<'a> {
 /// The report, for scripts; [`KEYS`] says what it holds.
 pub fn json(report: &Report, beside: Beside<'_>) -> Value {
     let confirmed = &report.confirmed;
-    let stands = matches!(report.verdict, Verdict::Named | Verdict::Ambiguous);
+    let stands = report.verdict.stands();
     let mut out = Map::new();
     out.insert("verdict".to_owned(), json!(report.verdict));
     out.insert("effects".to_owned(), report.effects.iter().map(effect).collect());

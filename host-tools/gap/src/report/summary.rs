@@ -157,7 +157,7 @@ pub fn gap(report: &Report) -> String {
     let s = if count == 1 { "" } else { "s" };
     let floor = floor(report);
     let before = words::watts(confirmed.before_w);
-    let stands = matches!(report.verdict, Verdict::Named | Verdict::Ambiguous);
+    let stands = report.verdict.stands();
     if !stands {
         return format!("Gap (RMS) on {count} locked run{s}: {before}, noise floor {floor}.");
     }

@@ -32,7 +32,6 @@ use crate::report::localise::{self, Cell};
 use crate::report::page::{self, Course};
 use residuals::thresholds::simulation::FOLLOWS;
 use residuals::twin::Twin;
-use residuals::types::Verdict;
 
 /// An effect in the plant.
 #[derive(Debug, Clone, PartialEq)]
@@ -114,7 +113,7 @@ pub fn simulate(
     let lightest_kg =
         raw.iter().flat_map(|run| &run.rows).map(|(_, _, mass, _)| *mass).fold(f64::INFINITY, f64::min);
     let (mut causes, mut not_simulated): (Vec<(Part, f64)>, Vec<Missing>) = Default::default();
-    let stands = matches!(report.verdict, Verdict::Named | Verdict::Ambiguous);
+    let stands = report.verdict.stands();
     let locked_times = locked_times(&filter, report);
     let mut ids = Vec::new();
     for named in report.effects.iter().filter(|_| stands) {

@@ -52,7 +52,7 @@ mod tests {
     /// Powers that grow with the size and a little with its square: (1 + 0.2 s) s x, wanted at s =
     /// −1.3.
     #[test]
-    fn a_size_is_found_within_a_few_runs_on_either_side_of_nought() {
+    fn a_size_is_found_within_a_few_runs_on_either_side_of_zero() {
         let x: Vec<f64> = (0..50).map(|k| (f64::from(k) * 0.7).sin()).collect();
         let at = |s: f64| -> Vec<f64> { x.iter().map(|x| (1.0 + 0.2 * s) * s * x).collect() };
         let mut runs = 0;

@@ -80,8 +80,7 @@ pub fn structure(problem: &Problem<'_>, state: &State, list: &[Candidate], named
     let mut further = Vec::new();
     for (candidate, z) in scan::candidates(problem, state) {
         if may_stand_with(named, &candidate) {
-            // More times and runs were looked at than smooth functions: their scores count for
-            // less.
+            // More times and runs were tried than smooth functions: their scores count less.
             greatest = greatest.max((z - MORE_LOOKS) / problem.search_factor);
             further.push(candidate);
         }

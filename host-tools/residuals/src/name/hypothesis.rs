@@ -267,15 +267,7 @@ mod tests {
         let regressor = Regressor::Term(Term::Rolling);
         let torque = TorqueModel::from_array([0.01; 7]);
         Hypothesis {
-            candidate: Candidate {
-                id: id.to_owned(),
-                regressors: vec![regressor.clone()],
-                unit: String::new(),
-                range: (0.0, 1.0),
-                least: Vec::new(),
-                detail: Detail::Plain,
-                search: 0.0,
-            },
+            candidate: example::candidate(id, vec![regressor.clone()], (0.0, 1.0)),
             fitted: Fitted {
                 state: State { torque, effects: vec![(regressor, coefficient)] },
                 loss,

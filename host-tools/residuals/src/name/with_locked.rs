@@ -66,7 +66,7 @@ fn is_of_all_runs(regressor: &Regressor) -> bool {
 mod tests {
     use std::sync::Arc;
 
-    use model::effects::{Candidate, Detail, Switched};
+    use model::effects::Switched;
     use model_core::effects::Term;
     use model_core::torque::{Drive, TorqueModel};
 
@@ -91,15 +91,7 @@ mod tests {
         let runs = example::runs([0.8, 0.3]);
         let runs = example::simulated(&runs, Drive::Regenerative, |_| truth.clone());
         let problem = example::bare(Twin::new(&runs, Drive::Regenerative), start.torque, BASE);
-        let candidate = |id: &str, regressor: Regressor| Candidate {
-            id: id.to_owned(),
-            regressors: vec![regressor],
-            unit: String::new(),
-            range: (-10.0, 10.0),
-            least: Vec::new(),
-            detail: Detail::Plain,
-            search: 0.0,
-        };
+        let candidate = |id: &str, regressor| example::candidate(id, vec![regressor], (-10.0, 10.0));
         let times: Arc<[f64]> = [10.0, 10.0].into();
         let fitted = [
             candidate("offset", offset.clone()),

@@ -2,6 +2,7 @@
 
 use logs::robot::Robot;
 use logs::runs::{RawRun, Runs};
+use model::effects::{Candidate, Detail, Regressor};
 use model_core::estimator::Sample;
 use model_core::torque::{Drive, TorqueModel};
 use nalgebra::DMatrix;
@@ -16,7 +17,7 @@ use crate::twin::{State, Twin};
 /// Standard deviation of the noise, W.
 pub(crate) const STD_W: f64 = 0.07;
 
-/// Two runs of different masses at two paces, rad/s; the power is what nobody's model says.
+/// Two runs of different masses at two paces, rad/s; no model has their power.
 pub(crate) fn runs(paces: [f64; 2]) -> Runs {
     let burger = Robot::named("burger").unwrap().chassis(2.0).unwrap();
     let raw = [(1.0, paces[0]), (4.0, paces[1])].map(|(mass, pace)| {
@@ -37,8 +38,13 @@ pub(crate) fn simulated(runs: &Runs, drive: Drive, truth: impl Fn(usize) -> Stat
     with_power(runs, (0..runs.runs.len()).map(|run| twin.predict(run, &truth(run))).collect())
 }
 
-/// Noise of a known standard deviation that has no memory, and of which nothing says that it
-/// scatters more along any column.
+/// A plain candidate with a coefficient within `range`.
+pub(crate) fn candidate(id: &str, regressors: Vec<Regressor>, range: (f64, f64)) -> Candidate {
+    let (id, unit, detail) = (id.to_owned(), String::new(), Detail::Plain);
+    Candidate { id, regressors, unit, range, least: Vec::new(), detail, search: 0.0 }
+}
+
+/// White noise of a known standard deviation, with no greater scatter along any column.
 fn white(runs: &Runs) -> Noise {
     let all = |value: f64| runs.runs.iter().map(|run| vec![value; run.rows.len()]).collect();
     Noise {
@@ -51,7 +57,7 @@ fn white(runs: &Runs) -> Noise {
     }
 }
 
-/// A problem without clean runs: nothing is known of the base, and nothing of what it gets wrong.
+/// A problem without clean runs, prior and discrepancy.
 pub(crate) fn bare<'a>(twin: Twin<'a>, centre: TorqueModel<f64>, base: usize) -> Problem<'a> {
     Problem {
         twin,

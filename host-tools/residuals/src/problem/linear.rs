@@ -8,12 +8,12 @@ use super::panel::Panel;
 use crate::noise::Noise;
 use crate::thresholds::problem::LEAST_SHARE;
 
-/// What a column says about the residual when base and effects may move along.
+/// How a column explains the residual when base and effects may adapt.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Score {
     /// Its coefficient.
     pub value: f64,
-    /// Its standard error, by the scatter of what is left.
+    /// Its standard error, by the scatter of the residual.
     pub std_err: f64,
     /// Its coefficient per standard error.
     pub(crate) z: f64,

@@ -31,7 +31,7 @@ use super::types::penalty;
 pub struct Problem<'a> {
     /// Model and runs.
     pub twin: Twin<'a>,
-    /// The base as its own fit left it.
+    /// The base from its own fit.
     pub centre: TorqueModel<f64>,
     /// How many parameters it has.
     pub base: usize,
@@ -41,7 +41,7 @@ pub struct Problem<'a> {
     pub noise: Noise,
     /// What the base gets wrong on clean runs too.
     pub discrepancy: Fixed,
-    /// Its own equations over all runs.
+    /// Its equations over all runs.
     pub factor: Option<Factored>,
     /// Smooth functions in the runs in question, whitened; 0 in clean runs.
     pub smooth: Vec<Signal>,
@@ -58,7 +58,7 @@ impl Problem<'_> {
         DVector::from_fn(self.base, |i, _| now[i] - then[i])
     }
 
-    /// The base as its own fit left it.
+    /// The base from its own fit.
     pub fn start(&self) -> State {
         State { torque: self.centre, effects: Vec::new() }
     }
@@ -101,7 +101,7 @@ impl Problem<'_> {
         Panel::new(&self.twin, state, &self.noise, self.base, &self.discrepancy, &regressors, signals)
     }
 
-    /// What the base's own fit says about a state.
+    /// The prior of a state, from the base's own fit.
     fn prior(&self, state: &State) -> Prior {
         Prior { precision: self.precision.clone(), offset: self.offset(state) }
     }

@@ -8,8 +8,8 @@ use crate::noise::Noise;
 use crate::noise::whiten::Signal;
 use crate::twin::{State, Twin};
 
-/// Signals that are the same at every state, whitened, with their sums of products: what the base
-/// gets wrong on clean runs too.
+/// Signals that are the same at every state, whitened, with their sums of products: the base's
+/// errors on clean runs.
 #[derive(Debug, Clone, Default)]
 pub struct Fixed {
     /// A matrix a run, a column a signal.

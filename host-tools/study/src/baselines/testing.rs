@@ -122,3 +122,17 @@ pub(crate) fn recovers(card: &Card, points: &[Point], truth: &[f64], within: f64
         assert!((predicted - point.power).abs() <= 10.0 * within * peak, "{predicted} {}", point.power);
     }
 }
+
+/// One mass, one speed, no turns: the drive does not determine the constants of these baselines,
+/// only the mean of the data, which they predict.
+pub(crate) fn predict_one_speed(cards: &[&Card]) {
+    let moving = drive(500, |_| 1.0).into_iter().find(|point| point.speed.vx > 0.1).unwrap();
+    let at = |i: i32| Point { time: 0.05 * f64::from(i), power: 2.0 + 0.1 * f64::from(i % 3), ..moving };
+    let one_speed: Vec<Point> = (0..200).map(at).collect();
+    for card in cards {
+        let mut model = card.make(&burger());
+        model.fit(&one_speed).unwrap();
+        let predicted = model.predict(&one_speed).unwrap();
+        assert!(predicted.iter().all(|power| (power - 2.1).abs() < 0.01), "{}: {predicted:?}", card.name);
+    }
+}

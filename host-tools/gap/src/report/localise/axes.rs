@@ -124,7 +124,7 @@ mod tests {
     use super::{Axis, round_step};
 
     #[test]
-    fn edges_are_round_and_part_forward_from_backward() {
+    fn edges_are_round_and_separate_forward_from_backward() {
         let values = (0..=1000).map(|k| -0.3117 + 0.9 * f64::from(k) / 1000.0).collect();
         let axis =
             Axis { name: "speed".to_owned(), values: vec![values], signed: true, joins: true, edges: None };

@@ -23,7 +23,7 @@ const DRAWN: usize = 8;
 
 pub(super) fn verdict(report: &Report, inputs: &Inputs) -> Markup {
     let confirmed = &report.confirmed;
-    let stands = matches!(report.verdict, Verdict::Named | Verdict::Ambiguous);
+    let stands = report.verdict.stands();
     let kind = match report.verdict {
         Verdict::None => "none",
         Verdict::Named => "named",

@@ -4,7 +4,7 @@ use model_core::effects::GRAVITY;
 use model_core::motion::Wheel;
 
 use crate::baselines::cards::{JARAMILLO, KIM, MORALES, YACOUB, YAO};
-use crate::baselines::testing::{burger, drive, recovers};
+use crate::baselines::testing::{burger, drive, predict_one_speed, recovers};
 use crate::baselines::{Card, Point};
 
 const RESISTANCE: f64 = 2.0;
@@ -88,19 +88,9 @@ fn yao_recovers_its_constants() {
 
 const ALL: [&Card; 5] = [&KIM, &JARAMILLO, &MORALES, &YACOUB, &YAO];
 
-/// One mass, one speed, no turns: the drive does not determine the constants, but no power is NaN.
 #[test]
 fn poor_drives_give_finite_powers() {
-    let moving = drive(500, |_| 1.0).into_iter().find(|point| point.speed.vx > 0.1).unwrap();
-    let one_speed: Vec<Point> =
-        (0..200).map(|i| Point { power: 2.0 + 0.1 * f64::from(i % 3), ..moving }).collect();
-    for card in ALL {
-        let mut model = card.make(&burger());
-        model.fit(&one_speed).unwrap();
-        let predicted = model.predict(&one_speed).unwrap();
-        // One speed determines only the mean of the data.
-        assert!(predicted.iter().all(|power| (power - 2.1).abs() < 0.01), "{}: {predicted:?}", card.name);
-    }
+    predict_one_speed(&ALL);
 }
 
 /// Power that does not grow with the speed is all winding loss, which determines only the product

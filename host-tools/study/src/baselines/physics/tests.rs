@@ -6,7 +6,7 @@ use model_core::motion::Wheel;
 
 use super::lugre::{DAMPING_TIME_S, SLIP_DEFLECTION_M};
 use crate::baselines::cards::{ANJUM, DATOUO, DOGRU, HOU, TOUZOUT, WAHAB};
-use crate::baselines::testing::{burger, drive, drive_on, recovers};
+use crate::baselines::testing::{drive, drive_on, predict_one_speed, recovers};
 use crate::baselines::{Card, Point};
 
 /// Data without noise: rounding of 1e-16, grown by the condition of the Gram matrix, below 1e8 on
@@ -124,17 +124,7 @@ fn anjum_recovers_the_stribeck_curve() {
 
 const ALL: [&Card; 6] = [&WAHAB, &DATOUO, &HOU, &DOGRU, &TOUZOUT, &ANJUM];
 
-/// One mass, one speed, no turns: the drive does not determine the constants, but the power is
-/// right.
 #[test]
 fn poor_drives_give_finite_powers() {
-    let moving = drive(500, |_| 1.0).into_iter().find(|point| point.speed.vx > 0.1).unwrap();
-    let at = |i: i32| Point { time: 0.05 * f64::from(i), power: 2.0 + 0.1 * f64::from(i % 3), ..moving };
-    let one_speed: Vec<Point> = (0..200).map(at).collect();
-    for card in ALL {
-        let mut model = card.make(&burger());
-        model.fit(&one_speed).unwrap();
-        let predicted = model.predict(&one_speed).unwrap();
-        assert!(predicted.iter().all(|power| (power - 2.1).abs() < 0.01), "{}: {predicted:?}", card.name);
-    }
+    predict_one_speed(&ALL);
 }
