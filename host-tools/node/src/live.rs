@@ -42,7 +42,7 @@ pub struct Node<'a> {
     faults: BTreeMap<&'static str, u64>,
 }
 
-/// As a share of the greatest power: more below nought is no noise, but another sign.
+/// As a share of the greatest power: more below 0 is another sign, not noise.
 const NOISE_SHARE: f64 = 0.05;
 
 impl<'a> Node<'a> {
@@ -95,7 +95,7 @@ impl<'a> Node<'a> {
             self.fault("power that no robot draws");
             return false;
         }
-        // A little below nought is noise; drives that burn what they brake give nothing back.
+        // A little below 0 is noise; drives that burn what they brake give nothing back.
         if !self.robot.regeneration() && watts < -NOISE_SHARE * self.greatest_w {
             self.fault("power below 0 W without regeneration: is the sensor the other way round?");
             return false;
