@@ -133,11 +133,11 @@ impl Windows<'_> {
             blocks[block].0 += slope * error;
             blocks[block].1 += slope * by_mass[index];
         }
-        let told = windows.iter().filter(|(_, slope)| *slope != 0.0);
+        let informative = windows.iter().filter(|(_, slope)| *slope != 0.0);
         let error = |(score, slope): &(DVector<f64>, f64)| {
             (self.covariance * score).dot(score).max(0.0).sqrt() / slope.abs()
         };
-        self.errors.extend(told.map(error));
+        self.errors.extend(informative.map(error));
         self.blocks.extend(blocks);
     }
 
@@ -148,8 +148,8 @@ impl Windows<'_> {
             noise.model_std = noise.model_std.max(error);
         }
         let most = self.blocks.iter().map(|(_, information)| *information).fold(0.0, f64::max);
-        let told = self.blocks.iter().filter(|(_, information)| *information > LEAST_INFORMATION * most);
-        let mut sizes: Vec<f64> = told.map(|(score, information)| score.abs() / information.sqrt()).collect();
+        let kept = self.blocks.iter().filter(|(_, information)| *information > LEAST_INFORMATION * most);
+        let mut sizes: Vec<f64> = kept.map(|(score, information)| score.abs() / information.sqrt()).collect();
         if let (Some(rare), Some(usual)) = (quantile(&mut sizes, 0.95), scale_of_sizes(&mut sizes)) {
             noise.density = noise.density.max(period_s * usual * usual);
             noise.tail = noise.tail.max(rare / (NORMAL_95 * usual));

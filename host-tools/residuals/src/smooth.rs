@@ -115,14 +115,14 @@ pub fn further(runs: &Runs) -> Vec<usize> {
 /// Squared correlation of a column with the power: on the clean runs, where there are any.
 fn follows_power(runs: &Runs, place: usize) -> f64 {
     let has_clean = runs.runs.iter().any(|run| run.clean);
-    let told = || {
+    let pairs = || {
         let runs = runs.runs.iter().filter(move |run| run.clean || !has_clean);
         runs.flat_map(move |run| run.rows.iter().map(|row| row.power).zip(run.extra(place).iter().copied()))
     };
-    let count = told().count().max(1) as f64;
-    let (power, value) = told().fold((0.0, 0.0), |sum, (p, x)| (sum.0 + p / count, sum.1 + x / count));
+    let count = pairs().count().max(1) as f64;
+    let (power, value) = pairs().fold((0.0, 0.0), |sum, (p, x)| (sum.0 + p / count, sum.1 + x / count));
     let (mut pp, mut px, mut xx) = (0.0, 0.0, 0.0);
-    for (p, x) in told() {
+    for (p, x) in pairs() {
         let (p, x) = (p - power, x - value);
         (pp, px, xx) = (pp + p * p, px + p * x, xx + x * x);
     }

@@ -117,7 +117,7 @@ fn named(id: &str, regressors: Vec<Regressor>, unit: &str) -> Named {
         std_errs: vec![0.001; count],
         physical: None,
     };
-    // Wheels of 33 mm, 160 mm apart, behind gears that pass three quarters.
+    // Wheels of 33 mm, 160 mm apart; gears that pass three quarters of the torque.
     let torque = TorqueModel { inertia_gain: 4.0 / 3.0, ..TorqueModel::default() };
     let world = World { torque, covariance: DMatrix::zeros(0, 0), forward: Some(0.0165), turn: 0.2 };
     named.physical = physical(&named.candidate, words::headline(&named), &[], &world);

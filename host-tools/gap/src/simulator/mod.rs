@@ -63,7 +63,7 @@ impl Source {
 pub struct Simulator {
     /// Where it comes from.
     pub source: Source,
-    /// The robot behind the filter that the measured logs need.
+    /// The robot with the filter that the measured logs need.
     pub chassis: Chassis,
     /// The model fitted to it.
     pub base: Base,
@@ -158,7 +158,7 @@ pub struct Told {
     pub difference: Option<Difference>,
 }
 
-/// RMS of measured less simulated power over the locked runs, behind the filter, W.
+/// RMS of measured less simulated power over the locked runs, after the filter, W.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Difference {
     /// As the simulator is.

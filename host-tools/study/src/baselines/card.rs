@@ -179,7 +179,7 @@ impl Need {
         Self::StaticFriction,
     ];
 
-    /// The columns of a log that tell it.
+    /// The columns of a log that hold it.
     pub fn columns(self, robot: &Robot) -> &'static [&'static str] {
         match self {
             Self::Command if robot.geometry().twist_components() == 3 => {

@@ -22,7 +22,7 @@ pub struct Readings {
 }
 
 impl Readings {
-    /// Of a log that tells speeds and power only.
+    /// Of a log with speeds and power only.
     pub const NONE: Self = Self {
         command: Twist { vx: f64::NAN, vy: f64::NAN, omega: f64::NAN },
         pitch: f64::NAN,

@@ -81,10 +81,10 @@ pub fn evaluate(
     beside: Beside,
 ) -> Result<Evaluation> {
     allowed(robot, card, wanted)?;
-    let training = told(robot, card, training, "training")?;
-    let told_test = told(robot, card, test, "test")?;
+    let training = complete(robot, card, training, "training")?;
+    let complete_test = complete(robot, card, test, "test")?;
     let seeds: &[u64] = if card.is_network() { &WEIGHT_SEEDS } else { &WEIGHT_SEEDS[..1] };
-    let runs = seeds.par_iter().map(|seed| run(card.make_with(robot, *seed), &training, &told_test));
+    let runs = seeds.par_iter().map(|seed| run(card.make_with(robot, *seed), &training, &complete_test));
     let (mut done, mut failed) = (Vec::new(), None);
     for run in runs.collect::<Vec<_>>() {
         match run {
@@ -105,10 +105,11 @@ pub fn evaluate(
     let median = done.swap_remove((done.len() - 1) / 2);
 
     // Back to all points: those without a value have no prediction.
-    let everywhere = |told: &[f64]| -> Vec<f64> {
-        let mut told = told.iter();
+    let everywhere = |values: &[f64]| -> Vec<f64> {
+        let mut values = values.iter();
         let mut next = |point: &Point| {
-            if is_told(robot, card, point) { told.next().copied().unwrap_or(f64::NAN) } else { f64::NAN }
+            let value = is_complete(robot, card, point).then(|| values.next()).flatten();
+            value.copied().unwrap_or(f64::NAN)
         };
         test.iter().map(&mut next).collect()
     };
@@ -117,7 +118,7 @@ pub fn evaluate(
     };
     let without_mass = match beside.masses.filter(|_| card.takes_mass) {
         Some(MassSearch { range, window_s }) => {
-            let Searched { masses, predicted } = search(&*median.model, &told_test, range, window_s)?;
+            let Searched { masses, predicted } = search(&*median.model, &complete_test, range, window_s)?;
             Some(WithoutMass { pairs: pairs(&predicted), masses: everywhere(&masses) })
         }
         None => None,
@@ -126,14 +127,14 @@ pub fn evaluate(
         true => Prior::of(&training, &median.model.predict(&training)?),
         false => None,
     };
-    let adapted = prior.map(|prior| pairs(&prior.adapted(&told_test, &median.predicted)));
+    let adapted = prior.map(|prior| pairs(&prior.adapted(&complete_test, &median.predicted)));
     Ok(Evaluation {
         fit_s: median.fit_s,
         parameters: median.model.parameters(),
         pairs: pairs(&median.predicted),
         without_mass,
         adapted,
-        masses: median.model.masses(&told_test)?.map(|masses| everywhere(&masses)),
+        masses: median.model.masses(&complete_test)?.map(|masses| everywhere(&masses)),
         weight_seeds,
     })
 }
@@ -163,18 +164,18 @@ fn run(mut model: Box<dyn Baseline>, training: &[Point], test: &[Point]) -> Resu
 }
 
 /// Whether the log has every value that the baseline needs at this point.
-fn is_told(robot: &Robot, card: &Card, point: &Point) -> bool {
+fn is_complete(robot: &Robot, card: &Card, point: &Point) -> bool {
     card.needs.iter().all(|need| need.values(robot, &point.readings).into_iter().all(f64::is_finite))
 }
 
 /// The points with every value; at least half of them have to.
-fn told<'a>(robot: &Robot, card: &Card, points: &'a [Point], what: &str) -> Result<Cow<'a, [Point]>> {
-    if points.iter().all(|point| is_told(robot, card, point)) {
+fn complete<'a>(robot: &Robot, card: &Card, points: &'a [Point], what: &str) -> Result<Cow<'a, [Point]>> {
+    if points.iter().all(|point| is_complete(robot, card, point)) {
         return Ok(Cow::Borrowed(points));
     }
-    let told: Vec<Point> = points.iter().copied().filter(|point| is_told(robot, card, point)).collect();
-    if 2 * told.len() >= points.len() {
-        return Ok(Cow::Owned(told));
+    let kept: Vec<Point> = points.iter().copied().filter(|point| is_complete(robot, card, point)).collect();
+    if 2 * kept.len() >= points.len() {
+        return Ok(Cow::Owned(kept));
     }
     let empty = |need: &Need, index: usize| {
         points.iter().any(|point| !need.values(robot, &point.readings)[index].is_finite())
@@ -184,7 +185,7 @@ fn told<'a>(robot: &Robot, card: &Card, points: &'a [Point], what: &str) -> Resu
         columns.filter(|(index, _)| empty(need, *index)).map(|(_, column)| *column)
     });
     let named = named.collect::<Vec<_>>().join(" or ");
-    let (missing, all) = (points.len() - told.len(), points.len());
+    let (missing, all) = (points.len() - kept.len(), points.len());
     Err(Error::failed(format!("{named} has no value in {missing} of {all} {what} rows")))
 }
 

@@ -126,7 +126,7 @@ pub(super) fn read_telling(
     Ok(points)
 }
 
-/// One column behind the filter.
+/// One column after the filter.
 #[derive(Default)]
 struct Reading {
     channel: Channel<f64>,

@@ -91,15 +91,14 @@ impl Variant {
         })
     }
 
-    /// Mean |m̂ − m| ∕ m over windows one behind the other, %.
+    /// Mean |m̂ − m| ∕ m over consecutive windows, %.
     fn mass_error(self, pair: &Pair, beta: &[f64; REGRESSORS]) -> f64 {
         let range = pair.test.robot.range();
         let roots = RootMean { range };
         let window = |row: &Row<()>| (row.run, (row.time / WINDOW_S).floor() as i64);
         let (mut sum, mut count) = (0.0, 0.0);
         for rows in pair.test.store.all().chunk_by(|a, b| window(a) == window(b)) {
-            // Buckets of a second, as on the board: their scatter is what tells whether the mean is
-            // known.
+            // Buckets of a second, as on the board: their scatter shows whether the mean is known.
             let second = |row: &Row<()>| row.time.floor() as i64;
             let buckets: Vec<_> = rows
                 .chunk_by(|a, b| second(a) == second(b))

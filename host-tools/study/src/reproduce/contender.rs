@@ -84,7 +84,7 @@ impl Fitted<'_> {
     }
 
     /// P̂ of a log with the mass given, as a curve.
-    pub(super) fn told(&self, log: &Log) -> Followed {
+    pub(super) fn given_mass(&self, log: &Log) -> Followed {
         Followed {
             method: self.contender.name.to_owned(),
             predicted_w: log.rows.iter().map(|row| self.power(row, row.mass)).collect(),
@@ -124,7 +124,7 @@ pub(super) fn moving(window_s: f64, detect: bool) -> Policy {
     Policy { window_s, kind: PolicyKind::Moving, changes_s: Vec::new(), detect }
 }
 
-/// A log with its rows behind the filter.
+/// A log with its rows after the filter.
 pub(super) struct Log {
     pub(super) file: PathBuf,
     pub(super) rows: Vec<Row>,

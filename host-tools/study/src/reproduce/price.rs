@@ -78,7 +78,7 @@ pub(super) struct Split {
     pub(super) computing_j: f64,
     /// Mispredicted during T, with the mass of the task before.
     pub(super) before_j: f64,
-    /// Mispredicted behind T, with m̂(T).
+    /// Mispredicted after T, with m̂(T).
     pub(super) after_j: f64,
 }
 

@@ -84,13 +84,13 @@ pub(super) fn seed(learned: &Learned<'_>, windows_s: &[u32]) -> Result<Seed> {
 fn outcome(fitted: &Fitted<'_>, log: &Log, again: Again) -> Result<(Figures<f64>, u64, u64)> {
     let tasks = log.tasks();
     let changes_s: Vec<f64> = tasks.iter().skip(1).map(|task| log.rows[task.from].time).collect();
-    let (kind, told, detect) = match again {
+    let (kind, known_s, detect) = match again {
         Again::Known => (PolicyKind::Known, changes_s.clone(), false),
         Again::Periodic => (PolicyKind::Periodic(EVERY_S), Vec::new(), false),
         Again::Moving => (PolicyKind::Moving, Vec::new(), false),
         Again::Detected => (PolicyKind::Moving, Vec::new(), true),
     };
-    let policy = Policy { window_s: WINDOW_S, kind, changes_s: told, detect };
+    let policy = Policy { window_s: WINDOW_S, kind, changes_s: known_s, detect };
     let (replayed, instants) = fitted.follow(log, &policy)?;
     let delays: Vec<Option<f64>> = tasks
         .iter()

@@ -143,7 +143,7 @@ fn courses(fitted: &[Fitted<'_>], known: &Log, log: &Log) -> Result<[Course; 3]>
     let known_change =
         Policy { window_s: WINDOW_S, kind: PolicyKind::Known, changes_s: vec![change_s], detect: false };
     Ok([
-        Course { trace: known.trace(), methods: fitted.iter().map(|fitted| fitted.told(known)).collect() },
+        Course { trace: known.trace(), methods: fitted.iter().map(|one| one.given_mass(known)).collect() },
         log.course(fitted, |_| known_change.clone())?,
         log.course(fitted, |_| moving(WINDOW_S, false))?,
     ])

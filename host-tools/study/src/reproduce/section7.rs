@@ -138,7 +138,7 @@ pub(super) fn seed(learned: &Learned<'_>, settings: &Settings, draw: bool) -> Re
         models.push(Judged { name, source, mass, horizon, quality, weight_seeds: None });
     }
     if let Some(ours) = fitted.first() {
-        let Followed { method, predicted_w, .. } = ours.told(&log);
+        let Followed { method, predicted_w, .. } = ours.given_mass(&log);
         models.push(Judged {
             name: format!("{method}, mass given"),
             source: ours.contender.source,

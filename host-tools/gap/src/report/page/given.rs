@@ -1,4 +1,4 @@
-//! What the page is told beside the report.
+//! Inputs of the page beside the report.
 
 use std::path::PathBuf;
 
