@@ -10,7 +10,7 @@ use model::effects::Regressor;
 use super::noise::whiten::Signal;
 use super::twin::delayed;
 
-/// A delay in whole rows of `period_s` seconds, s. Fractions of a row are left to the model: setting
+/// A delay in whole rows of `period_s` s, s. Fractions of a row are left to the model: setting
 /// measured power earlier by a fraction would smooth its noise.
 pub fn in_whole_rows(delay: f64, period_s: f64) -> f64 {
     (delay / period_s).round() * period_s

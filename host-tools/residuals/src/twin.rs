@@ -59,7 +59,7 @@ pub struct Twin<'a> {
     pub runs: &'a Runs,
     /// Whether the drives clamp.
     pub drive: Drive,
-    /// Delay of power after speed in clean runs, s: sensors average over the time before a sample.
+    /// Delay of power after speed in clean runs, s: sensors average before a sample.
     pub clean_delay: f64,
     /// Delay already taken out of the measured power of the field runs, s.
     pub removed_delay: f64,
@@ -260,7 +260,7 @@ impl<'a> Twin<'a> {
     }
 
     fn base_step(&self, parameter: usize, value: f64) -> f64 {
-        // Typical sizes for parameters of zero: N·m, N·m/kg, N·m·s/rad, kg·m², 1, W/(N·m)², N·m/kg.
+        // Typical sizes, for zero: N·m, N·m/kg, N·m·s/rad, kg·m², 1, W/(N·m)², N·m/kg.
         let typical = [1e-2, 1e-2, 1e-3, 1e-3, 1.0, 1.0, 1e-2][parameter];
         1e-4 * value.abs().max(1e-2 * typical)
     }
@@ -277,8 +277,8 @@ fn scaled<const N: usize>(
     for &(side, share) in scales {
         layout.scale(&mut factors, side_of(side), share);
     }
-    // Torques are changed, not computed anew: the motion no longer holds the acceleration of a wheel
-    // at rest, but the torques of the other wheels still include it.
+    // Torques are changed, not computed anew: the motion has lost the acceleration of a wheel at
+    // rest, but the torques of the other wheels still include it.
     let added = std::array::from_fn(|i| motion.wheels[i].acceleration * (factors[i] - 1.0));
     let torques = core.mass_matrix.torque_per_kg(&added);
     let wheels = std::array::from_fn(|i| {
