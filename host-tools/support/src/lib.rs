@@ -1,7 +1,7 @@
 //! What every crate of `gmr` stands on.
 //!
 //! Its face: [`error::Error`], [`context::Context`], [`input::Input`], [`output::write_whole`] and
-//! the checks before it ([`own`]),
+//! the checks before it ([`overwrite`]),
 //! [`progress`], [`metrics`]; [`program::run`] is a program's `main`.
 #![deny(clippy::print_stderr, clippy::print_stdout)]
 
