@@ -17,7 +17,7 @@ use super::kinds::{Kinds, PAIRS};
 /// Blocks that standard errors are drawn from, at most.
 const MOST_BLOCKS: usize = 64;
 
-/// Shortest block, s: several correlation times of power behind the filter.
+/// Shortest block, s: several correlation times of power after the filter.
 const SHORTEST_BLOCK_S: f64 = 2.0;
 
 /// Blocks in which the scatter of mass scores is measured, s: two buckets of a payload estimator,
@@ -80,24 +80,24 @@ pub fn uncertainty(
     sandwich(&normal, &scores, rows)
 }
 
-/// The sandwich of a normal matrix Σ xxᵀ and the scores Σ x e of clusters whose residuals do not
-/// know of each other; `rows` were summed.
+/// The sandwich of a normal matrix Σ xxᵀ and the scores Σ x e of clusters with independent
+/// residuals; `rows` were summed.
 pub fn sandwich(normal: &DMatrix<f64>, scores: &[DVector<f64>], rows: usize) -> Uncertainty {
     let parameters = normal.nrows();
-    let found = ScaledInverse::of(normal);
+    let inverse = ScaledInverse::of(normal);
     let mut meat = DMatrix::<f64>::zeros(parameters, parameters);
     for score in scores {
-        let score = DVector::from_fn(parameters, |i, _| score[i] * found.unit[i]);
+        let score = DVector::from_fn(parameters, |i, _| score[i] * inverse.unit[i]);
         meat.ger(1.0, &score, &score, 1.0);
     }
     let blocks = scores.len() as f64;
     let spare = (blocks - parameters as f64).max(1.0);
-    let sandwich = &found.inverse * meat * &found.inverse * (blocks / spare);
-    let prediction = (&sandwich * &found.scaled).trace() / rows.max(1) as f64;
+    let sandwich = &inverse.inverse * meat * &inverse.inverse * (blocks / spare);
+    let prediction = (&sandwich * &inverse.scaled).trace() / rows.max(1) as f64;
     Uncertainty {
-        covariance: found.unscaled(&sandwich),
-        condition: found.condition,
-        undetermined: found.undetermined,
+        covariance: inverse.unscaled(&sandwich),
+        condition: inverse.condition,
+        undetermined: inverse.undetermined,
         prediction_std_w: prediction.max(0.0).sqrt(),
     }
 }
@@ -143,9 +143,9 @@ pub fn lasting_error(
         }
         let response = row.response(model, range);
         if !response.may_clamp {
-            let beyond = row.mass - range.middle();
-            let weight = huber(row.power - response.polynomial.at(beyond), linear_beyond);
-            let slope = weight * response.polynomial.slope(beyond);
+            let from_middle = row.mass - range.middle();
+            let weight = huber(row.power - response.polynomial.at(from_middle), linear_beyond);
+            let slope = weight * response.polynomial.slope(from_middle);
             score.axpy(slope, &gradient(&row), 1.0);
             slope_sum += slope;
         }
@@ -199,13 +199,12 @@ fn share<'a>(drives: impl Iterator<Item = &'a [f64; 3]> + Clone, noise: &Noise<f
     if share.is_finite() { share } else { 0.0 }
 }
 
-/// How far the residuals stray as a payload estimator sees them: the usual scatter of Σ g e over
-/// two seconds, per Σ g², g = ∂P/∂m. The usual one, by the median: the few blocks in which no model
-/// of filtered signals is right show in the estimator's own windows. What lasts longer is left at
-/// 0.
+/// How far the residuals stray as a payload estimator sees them: the scatter of Σ g e over two
+/// seconds, per Σ g², g = ∂P/∂m. The median block counts: the few blocks in which no model of
+/// filtered signals is right show in the estimator's own windows. Longer-lasting errors stay 0.
 ///
-/// Once with all squared, which says beyond which residual they count linearly, and again with
-/// that.
+/// Two passes: the first squares all residuals and gives the size above which they count linearly.
+/// The second uses that size.
 pub fn noise(dataset: &Dataset, model: &Model<f64>) -> Noise<f64> {
     let squared = scatter(dataset, model, f64::INFINITY);
     scatter(dataset, model, squared.linear_beyond(dataset.robot.cutoff_hz()))
@@ -227,9 +226,9 @@ fn scatter(dataset: &Dataset, model: &Model<f64>, linear_beyond: f64) -> Noise<f
         if let Some((score, information)) = blocks.last_mut()
             && !response.may_clamp
         {
-            let beyond = row.mass - range.middle();
-            let slope = response.polynomial.slope(beyond);
-            let error = row.power - response.polynomial.at(beyond);
+            let from_middle = row.mass - range.middle();
+            let slope = response.polynomial.slope(from_middle);
+            let error = row.power - response.polynomial.at(from_middle);
             let weighted = huber(error, linear_beyond) * slope;
             *score += weighted * error;
             *information += weighted * slope;

@@ -7,9 +7,9 @@
 //! which every cutoff passes alike, are compared. The fit takes some thousands of these rows, the
 //! means take them all.
 //!
-//! What the model lacks hides what a cutoff smears: with the slip memory of a skid-steered robot
-//! left out every cutoff is as bad as the next. So candidates are asked again with the terms that
-//! the logs carry behind each ([`by_the_data`]).
+//! What the model lacks hides what a cutoff smears: without the slip memory of a skid-steered robot
+//! every cutoff is as bad as the next. So candidates are tried again with the terms that the logs
+//! support at each cutoff ([`by_the_data`]).
 
 use std::collections::BTreeMap;
 
@@ -38,15 +38,14 @@ const HIGHEST_SHARE: f64 = 0.3;
 /// Rows of which the residual is taken, at most about.
 const MOST_ROWS: usize = 50_000;
 
-/// Rows that a candidate's parameters are fitted to, evenly from those, behind the filter: so many
-/// leave 8 parameters / 6,000 rows, a seventh of a percent, more of the error's square than all
-/// would, and the same rows for every candidate. Its seconds are all asked: their number is what
-/// tells two candidates apart.
+/// Rows that a candidate's parameters are fitted to: drawn evenly after the filter, the same for
+/// every candidate. So few rows add 8 parameters / 6,000 rows, a seventh of a percent, to the
+/// squared error. The seconds are compared all: their number is what distinguishes two candidates.
 const FITTED_ROWS: usize = 6_000;
 
-/// The cutoff, Hz, with those of the further terms that the logs carry behind it. Where they carry
-/// any behind the one that is chosen without, every octave is asked with its own: their numbers
-/// make up for what a cutoff smears.
+/// The cutoff, Hz, and the further terms that the logs support at it. The first cutoff is chosen
+/// without terms. If the logs support a term there, every octave is tried with its own terms: their
+/// numbers compensate for what a cutoff smears.
 ///
 /// # Errors
 /// A robot with impossible dimensions.
@@ -60,19 +59,19 @@ pub(super) fn by_the_data(robot: &Robot, pilots: &Pilots, terms: &[Term]) -> Res
         cores.push(robot.chassis(highest)?);
     }
     let plain = |place: usize| tried(robot, &cores[place], pilots, Choice::default());
-    let own = |place: usize| {
+    let with_terms = |place: usize| {
         let choice = form::choose(robot, &cores[place], terms, pilots, &|_| false);
         tried(robot, &cores[place], pilots, choice)
     };
     let all: Vec<Option<Tried>> = (0..cores.len()).into_par_iter().map(plain).collect();
     let first = lowest_good_enough(&all).unwrap_or(0);
     let mut asked: Vec<Option<Tried>> = cores.iter().map(|_| None).collect();
-    asked[first] = own(first);
+    asked[first] = with_terms(first);
     if asked[first].as_ref().is_some_and(|tried| tried.choice.form != Form::default()) {
         let others: Vec<usize> = (0..cores.len()).step_by(OCTAVE).filter(|place| *place != first).collect();
-        let found: Vec<Option<Tried>> = others.par_iter().map(|&place| own(place)).collect();
-        for (place, found) in others.into_iter().zip(found) {
-            asked[place] = found;
+        let trials: Vec<Option<Tried>> = others.par_iter().map(|&place| with_terms(place)).collect();
+        for (place, trial) in others.into_iter().zip(trials) {
+            asked[place] = trial;
         }
     }
     let chosen = lowest_good_enough(&asked).unwrap_or(first);
@@ -80,29 +79,29 @@ pub(super) fn by_the_data(robot: &Robot, pilots: &Pilots, terms: &[Term]) -> Res
     Ok((cores[chosen].cutoff_hz(), choice))
 }
 
-/// The form of the model behind a candidate, and what that leaves.
+/// A candidate's form of the model, and the residual's means that it leaves.
 struct Tried {
     choice: Choice,
-    left: Seconds,
+    means: Seconds,
 }
 
 /// `None` where a log is too slow for it.
 fn tried(robot: &Robot, core: &Chassis, pilots: &Pilots, choice: Choice) -> Option<Tried> {
-    let left = residual(robot, core, pilots, &choice.form)?;
-    Some(Tried { choice, left })
+    let means = residual(robot, core, pilots, &choice.form)?;
+    Some(Tried { choice, means })
 }
 
 /// The lowest cutoff that is not worse than the best by more than one standard error of their
 /// difference: the less passes the filter, the less noise the predicted power is compared with.
 fn lowest_good_enough(tried: &[Option<Tried>]) -> Option<usize> {
-    let best = tried.iter().flatten().min_by(|a, b| a.left.mean_size().total_cmp(&b.left.mean_size()))?;
-    tried.iter().position(|own| own.as_ref().is_some_and(|own| own.left.not_worse_than(&best.left)))
+    let best = tried.iter().flatten().min_by(|a, b| a.means.mean_size().total_cmp(&b.means.mean_size()))?;
+    tried.iter().position(|one| one.as_ref().is_some_and(|one| one.means.not_worse_than(&best.means)))
 }
 
 /// The residual's means over each second.
 fn residual(robot: &Robot, core: &Chassis, pilots: &Pilots, form: &Form) -> Option<Seconds> {
     let mut dataset = Dataset::empty(core.with_conditioning(form.conditioning), Gate::Signed);
-    dataset.own = form.own;
+    dataset.free_terms = form.free_terms;
     let rows = pilots.condition(&dataset.robot, MOST_ROWS)?;
     let stride = rows.len().div_ceil(FITTED_ROWS).max(1);
     dataset.store = rows.iter().step_by(stride).collect();

@@ -19,7 +19,7 @@ use support::error::{Error, Result};
 use support::progress::FileProgress;
 
 use super::gram::Gram;
-use super::physical::Own;
+use super::physical::FreeTerms;
 pub use super::rows::{Kept, Row, Rows, Stretch};
 
 /// Most rows in the store.
@@ -51,19 +51,19 @@ pub struct Dataset {
     pub period_s: f64,
     /// Rows read.
     pub rows: u64,
-    /// Rows used: behind the filter's settling.
+    /// Rows used: those after the filter has settled.
     pub used: u64,
     /// Rows left out as unusable, over all logs.
     pub excluded: u64,
-    /// What the torque model may have of its own.
-    pub own: Own,
+    /// The terms of the torque model that are free.
+    pub free_terms: FreeTerms,
     /// Steps of a search so long that no further term was asked; `None` as a rule.
     pub long_search: Option<u32>,
     /// Payloads met, kg, to the gram, at most [`MOST_MASSES`].
     pub masses: Vec<f64>,
 }
 
-/// Payloads told apart.
+/// Payloads distinguished.
 pub const MOST_MASSES: usize = 16;
 
 /// What to read logs for.
@@ -79,7 +79,7 @@ pub struct Reading {
 }
 
 impl Dataset {
-    /// Reads the logs behind the filter of `core`, each once. [`super::read`] chooses its cutoff
+    /// Reads the logs through the filter of `core`, each once. [`super::read`] chooses its cutoff
     /// first.
     ///
     /// # Errors
@@ -128,7 +128,7 @@ impl Dataset {
             rows: 0,
             used: 0,
             excluded: 0,
-            own: Own::default(),
+            free_terms: FreeTerms::default(),
             long_search: None,
             masses: Vec::new(),
         }
@@ -273,7 +273,7 @@ fn parse(reader: &mut SampleReader, out: &SyncSender<Block>) -> Result<()> {
     }
 }
 
-/// A raw row behind the filter; `None` while that settles, and of a robot with true slip where the
+/// A raw row after the filter; `None` while that settles, and of a robot with true slip where the
 /// row has no turn rate.
 pub fn condition<'a>(conditioner: &'a mut Conditioner, raw: &RawRow, mass_kg: f64) -> Option<Kept<'a>> {
     let now = conditioner.push(raw).filter(|now| now.settled)?;

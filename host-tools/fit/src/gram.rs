@@ -59,12 +59,12 @@ impl<const P: usize> TryFrom<Written> for Gram<P> {
 
     fn try_from(written: Written) -> Result<Self, String> {
         let Written { rows, power, power_squares, with_power, products } = written;
-        let found = (with_power.len(), products.len());
+        let counts = (with_power.len(), products.len());
         let expected = (P, P * (P + 1) / 2);
-        if found != expected {
+        if counts != expected {
             return Err(format!(
                 "{} and {} sums; expected {} and {}",
-                found.0, found.1, expected.0, expected.1
+                counts.0, counts.1, expected.0, expected.1
             ));
         }
         let mut gram = Self { pp: power_squares, p: power, rows, ..Self::default() };
@@ -110,9 +110,9 @@ impl<const P: usize> Gram<P> {
             for j in 0..=i {
                 let mut tile = [[0.0; GROUP]; GROUP];
                 for row in block.chunks_exact(Self::GROUPS) {
-                    let (left, right) = (&row[i], &row[j]);
-                    for (sums, x) in tile.iter_mut().zip(left) {
-                        for (sum, y) in sums.iter_mut().zip(right) {
+                    let (xs, ys) = (&row[i], &row[j]);
+                    for (sums, x) in tile.iter_mut().zip(xs) {
+                        for (sum, y) in sums.iter_mut().zip(ys) {
                             *sum += x * y;
                         }
                     }

@@ -1,8 +1,8 @@
-//! Kinds of driving in the logs of a fit: slow or fast, and beside that straight on or turning, or
-//! steady or accelerating.
+//! Kinds of driving in the logs of a fit: slow or fast, and for each of these straight on or
+//! turning, or steady or accelerating.
 //!
-//! A fit balances what its form gets wrong over all that the robot did. Of one kind of driving
-//! alone much more of that is left, and a task may be of one kind: crawling, dashes to and fro.
+//! A fit balances the errors of its form over all that the robot did. One kind of driving alone has
+//! much larger errors, and a task may be of one kind: crawling, dashes to and fro.
 
 use logs::robot::chassis::Together;
 use numerics::robust::median;
@@ -17,9 +17,8 @@ pub(super) struct Kinds {
     acceleration: f64,
 }
 
-/// What tells two kinds apart, as the bits of [`Kinds::kind`] that count: speed and turn, or speed
-/// and acceleration. All three at once leave too little in each for its error to stand out of
-/// noise.
+/// The bits of [`Kinds::kind`] that distinguish two kinds: speed and turn, or speed and
+/// acceleration. All three at once leave too few rows in each for its error to exceed the noise.
 pub(super) const PAIRS: [u8; 2] = [0b110, 0b101];
 
 impl Kinds {

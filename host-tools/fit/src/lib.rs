@@ -170,7 +170,7 @@ pub fn read_choosing(
     };
     let core = robot.chassis(cutoff_hz)?.with_conditioning(choice.form.conditioning);
     let mut dataset = Dataset::read(context, robot, core, files, reading)?;
-    dataset.own = choice.form.own;
+    dataset.free_terms = choice.form.free_terms;
     dataset.long_search = choice.long_search;
     Ok((dataset, choice.judged))
 }
@@ -262,9 +262,9 @@ pub fn fit(
         ModelKind::Eq18 | ModelKind::Eq18Published => {
             let gram = dataset.gram();
             let (beta, ending, iterations) = if method == Method::Pgd {
-                let (beta, found) = linear::by_pgd(&gram, pgd);
-                certificate = Some(found);
-                (beta, ending_name(&found.ending), found.iterations)
+                let (beta, solution) = linear::by_pgd(&gram, pgd);
+                certificate = Some(solution);
+                (beta, ending_name(&solution.ending), solution.iterations)
             } else {
                 let (beta, solution) = linear::by_nnls(&gram);
                 (beta, ending_name(&solution.ending), u64::from(solution.iterations))
@@ -319,7 +319,7 @@ pub fn fit(
         energy_std_w,
         judged: Vec::new(),
     };
-    // Where payloads are unknown, that has been told, and boards need not take what says so.
+    // Where payloads are unknown, a warning says so already, and boards need not take the fit.
     if fit.shortcoming.is_none() && !fit.is_plausible() {
         fit.warnings.push(Warning::not_for_boards());
     }
@@ -388,7 +388,7 @@ fn judge(dataset: &Dataset, model: &Model<f64>, weights: &[f64], noise: &Noise<f
     match model {
         Model::Signed { torque, drive } => {
             let all = physical::parameters(torque);
-            let places = dataset.own.places(dataset.robot.scrubs());
+            let places = dataset.free_terms.places(dataset.robot.scrubs());
             let values: Vec<f64> = places.iter().map(|&place| all[place]).collect();
             let described = |&place: &usize| *verdict::of_torque(place);
             let descriptions: Vec<verdict::Description> = places.iter().map(described).collect();

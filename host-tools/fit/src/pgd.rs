@@ -2,8 +2,8 @@
 //!
 //! g_k = ∇f(β_k), m_k = g_k, V_k = (1 − c) Σ c^(k−i) g_i², α_k = α / √k, β_(k+1) = P_Ω(β_k − α_k
 //! m_k / √V_k). Columns are scaled to unit root mean square first, so one learning rate can serve
-//! all coefficients. An iteration costs a 15 × 15 product, whatever the number of samples behind
-//! the matrix.
+//! all coefficients. An iteration costs a 15 × 15 product, whatever the number of samples in the
+//! matrix.
 
 use model_core::eq18::REGRESSORS;
 

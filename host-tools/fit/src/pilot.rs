@@ -79,8 +79,8 @@ impl Pilots {
         self.logs.iter().map(|log| log.period_s).fold(f64::INFINITY, f64::min)
     }
 
-    /// The rows behind the filter of `core`, at most about so many, evenly over the whole; `None`
-    /// where a log is too slow for it. Logs and their runs are told apart by one number.
+    /// The rows after the filter of `core`, at most about so many, evenly over the whole; `None`
+    /// where a log is too slow for it. One number distinguishes logs and their runs.
     pub(super) fn condition(&self, core: &Chassis, most: usize) -> Option<Rows> {
         let all: usize = self.logs.iter().map(|log| log.rows.len()).sum();
         let stride = all.div_ceil(most).max(1);

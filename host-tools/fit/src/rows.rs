@@ -1,4 +1,4 @@
-//! Rows behind the filter, each with as much room as the robot has wheels: a row of two with room
+//! Rows after the filter, each with as much room as the robot has wheels: a row of two with room
 //! for six would take nearly three times as much.
 
 use logs::robot::chassis::{Together, Wheels};
@@ -11,9 +11,9 @@ use rayon::prelude::*;
 /// One conditioned row, with its wheels or without.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row<W = Wheels> {
-    /// Speeds and accelerations behind the filter.
+    /// Speeds and accelerations after the filter.
     pub wheels: W,
-    /// Actuation power behind the filter, W.
+    /// Actuation power after the filter, W.
     pub power: f64,
     /// Total mass, kg.
     pub mass: f64,
@@ -34,7 +34,7 @@ pub struct Rows {
     others: Vec<Row<()>>,
 }
 
-/// Some of them, one behind the other.
+/// Consecutive rows.
 #[derive(Debug, Clone, Copy)]
 pub struct Stretch<'a> {
     wheels: &'a [Wheel<f64>],
@@ -55,7 +55,7 @@ impl Row {
 }
 
 impl<'a> Kept<'a> {
-    /// Of a row and what it is behind the filter. A log without masses is at `mass_kg`.
+    /// Of a row and what it is after the filter. A log without masses is at `mass_kg`.
     pub(super) fn of(now: &'a Now, raw: &RawRow, mass_kg: f64) -> Self {
         let mass = raw.mass.unwrap_or(mass_kg);
         Self { wheels: &now.wheels, power: now.power, mass, run: raw.run, time: raw.time }
@@ -81,8 +81,8 @@ impl<'a> Kept<'a> {
     pub fn products(&self, gate: Gate) -> [f64; REGRESSORS] {
         let mut sums = [0.0; REGRESSORS];
         for wheel in self.wheels {
-            let own = eq18::products(gate, &Motion { wheels: [*wheel] });
-            sums.iter_mut().zip(own).for_each(|(sum, product)| *sum += product);
+            let products = eq18::products(gate, &Motion { wheels: [*wheel] });
+            sums.iter_mut().zip(products).for_each(|(sum, product)| *sum += product);
         }
         sums
     }
@@ -100,19 +100,19 @@ impl Rows {
         self.others.push(row.with(()));
     }
 
-    /// Leaves those of which this is said, without their wheels.
+    /// Keeps the rows that `stays` accepts; it sees them without their wheels.
     pub fn retain(&mut self, mut stays: impl FnMut(&Row<()>) -> bool) {
         let wheels = self.all().wheels_a_row();
-        let mut left = 0;
+        let mut kept = 0;
         for place in 0..self.others.len() {
             if stays(&self.others[place]) {
-                self.others[left] = self.others[place];
-                self.wheels.copy_within(place * wheels..(place + 1) * wheels, left * wheels);
-                left += 1;
+                self.others[kept] = self.others[place];
+                self.wheels.copy_within(place * wheels..(place + 1) * wheels, kept * wheels);
+                kept += 1;
             }
         }
-        self.others.truncate(left);
-        self.wheels.truncate(left * wheels);
+        self.others.truncate(kept);
+        self.wheels.truncate(kept * wheels);
     }
 
     /// Leaves none.
@@ -151,7 +151,7 @@ impl<'a> FromIterator<Kept<'a>> for Rows {
 }
 
 impl<'a> Stretch<'a> {
-    /// What rows hold beside their wheels.
+    /// What rows hold besides their wheels.
     pub fn others(self) -> &'a [Row<()>] {
         self.others
     }

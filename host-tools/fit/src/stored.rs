@@ -6,12 +6,12 @@ use nalgebra::DMatrix;
 use support::error::Result;
 
 use super::{Fit, usable};
-use crate::physical::Own;
+use crate::physical::FreeTerms;
 
 impl Fit {
-    /// Of the parameters that both sides share. The imbalance may be anything that its own scatter
-    /// allows. The losses of gear and bridge are as they were found: other parameters make up for
-    /// nearly all that they might be else, and a model that keeps them does not have that scatter.
+    /// Of the parameters that both sides share. The imbalance varies within its own scatter. The
+    /// losses of gear and bridge stay as fitted: other parameters compensate for nearly any change
+    /// of theirs, and a model that keeps them does not have that scatter.
     pub fn shared_covariance(&self) -> DMatrix<f64> {
         let all = &self.uncertainty.covariance;
         let size = match self.kind {
@@ -21,7 +21,7 @@ impl Fit {
         let shared = all.view((0, 0), (size, size)).into_owned();
         let losses = match &self.model {
             Model::Signed { torque, .. } => {
-                let Own { gear_loss, bridge_drop, .. } = Own::of(torque);
+                let FreeTerms { gear_loss, bridge_drop, .. } = FreeTerms::of(torque);
                 usize::from(gear_loss) + usize::from(bridge_drop)
             }
             Model::Eq18 { .. } => 0,
@@ -31,21 +31,21 @@ impl Fit {
         }
         // They come last.
         let first = all.nrows() - losses;
-        let own = all.view((first, first), (losses, losses)).into_owned();
-        let Some(own) = own.cholesky() else { return shared };
+        let of_losses = all.view((first, first), (losses, losses)).into_owned();
+        let Some(cholesky) = of_losses.cholesky() else { return shared };
         let with = all.view((0, first), (size, losses));
-        let Some(half) = own.l().solve_lower_triangular(&with.transpose()) else { return shared };
-        let left = shared - half.transpose() * half;
-        // What cancels leaves rounding: it is made symmetric again.
-        let mut left = (&left + left.transpose()) * 0.5;
-        // What the losses told altogether has no scatter left, but for rounding.
+        let Some(half) = cholesky.l().solve_lower_triangular(&with.transpose()) else { return shared };
+        let conditional = shared - half.transpose() * half;
+        // Rounding makes it slightly asymmetric.
+        let mut conditional = (&conditional + conditional.transpose()) * 0.5;
+        // A parameter that the losses determine has no variance; rounding may be below 0.
         for place in 0..size {
-            if left[(place, place)] < 0.0 {
-                left.row_mut(place).fill(0.0);
-                left.column_mut(place).fill(0.0);
+            if conditional[(place, place)] < 0.0 {
+                conditional.row_mut(place).fill(0.0);
+                conditional.column_mut(place).fill(0.0);
             }
         }
-        left
+        conditional
     }
 
     /// What is written of it.

@@ -102,8 +102,8 @@ impl Sums {
     }
 }
 
-/// What is left of a window by a fit without it, beside what is expected: of the mass in (W²/kg)²,
-/// of the energy in rows² of W².
+/// The squared residual of a window by a fit without it, and what is expected of it: of the mass in
+/// (W²/kg)², of the energy in rows² of W².
 struct Stray {
     square: f64,
     /// By the fit's noise.
@@ -112,7 +112,7 @@ struct Stray {
     lasting: f64,
 }
 
-/// Constant errors of the power, W, that explain what strays on what was left out of the fit.
+/// Constant errors of the power, W, that explain the errors on rows that the fit left out.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Lasting {
     /// Mass estimates.
@@ -121,10 +121,10 @@ pub(super) struct Lasting {
     pub(super) energy_w: f64,
 }
 
-/// The constant errors of the power that explain how mass estimates and energies stray on what was
-/// left out of the fit, beside `noise`: masses on windows of 25 s, or all of one kind of driving in
-/// a run, whichever stray more; energies on the kinds. 0 where noise alone explains it or windows
-/// are too few.
+/// The constant errors of the power that explain, with `noise`, how mass estimates and energies
+/// stray on rows that the fit left out: masses on windows of 25 s or on one kind of driving in a
+/// run, whichever stray more; energies on the kinds. 0 where noise alone explains it or windows are
+/// too few.
 ///
 /// `gradient` gives ∂P/∂θ of a row, 0 for parameters that are held; `weights` what each row of the
 /// store counted for.
@@ -135,18 +135,18 @@ pub(super) fn lasting_errors(
     gradient: impl Fn(&Kept<'_>) -> DVector<f64>,
     noise: &Noise<f64>,
 ) -> Lasting {
-    let parts = parts(dataset, model, weights, gradient, noise);
-    let Some(first) = parts.values().next() else { return Lasting { mass_w: 0.0, energy_w: 0.0 } };
+    let by_place = sums_by_place(dataset, model, weights, gradient, noise);
+    let Some(first) = by_place.values().next() else { return Lasting { mass_w: 0.0, energy_w: 0.0 } };
     let none = || Sums::new(first.pull.len());
     let (mut whole, mut halves) = (none(), BTreeMap::new());
     let (mut kinds, mut kinds_of_runs) = (BTreeMap::new(), BTreeMap::new());
-    for (&Place { run, half, kind }, part) in &parts {
-        whole.merge(part);
-        halves.entry((run, half)).or_insert_with(none).merge(part);
+    for (&Place { run, half, kind }, sums) in &by_place {
+        whole.merge(sums);
+        halves.entry((run, half)).or_insert_with(none).merge(sums);
         for pair in PAIRS {
             let kind = (pair, kind & pair);
-            kinds.entry(kind).or_insert_with(none).merge(part);
-            kinds_of_runs.entry((kind, run)).or_insert_with(none).merge(part);
+            kinds.entry(kind).or_insert_with(none).merge(sums);
+            kinds_of_runs.entry((kind, run)).or_insert_with(none).merge(sums);
         }
     }
     let whole = &whole.normal;
@@ -168,12 +168,12 @@ pub(super) fn lasting_errors(
         expected: density * kind.rows,
         lasting: kind.moving * kind.moving,
     };
-    // No run has shown the kind: a task may be of one that none of the training was.
+    // The fit without the kind: the training may lack the kind of a task.
     let moved: BTreeMap<(u8, u8), DVector<f64>> =
         kinds.iter().map(|(kind, sums)| (*kind, sums.left_out(whole))).collect();
     let of_pair = |pair: u8, stray: &dyn Fn(&Sums, &DVector<f64>) -> Stray| {
-        let own = kinds_of_runs.iter().filter(|((kind, _), _)| kind.0 == pair);
-        let strays = own.filter_map(|((kind, _), sums)| Some(stray(sums, moved.get(kind)?)));
+        let of_runs = kinds_of_runs.iter().filter(|((kind, _), _)| kind.0 == pair);
+        let strays = of_runs.filter_map(|((kind, _), sums)| Some(stray(sums, moved.get(kind)?)));
         constant(strays.collect(), 1.0)
     };
     // Each half is in two windows.
@@ -185,8 +185,8 @@ pub(super) fn lasting_errors(
 }
 
 /// The constant error that explains these, W, each of which is `independent` of one of its own.
-/// Wider than the estimate itself by as much as Student's t is wider than the normal distribution:
-/// so few windows know a scatter only so well.
+/// It is wider than the estimate by as much as Student's t is wider than the normal distribution:
+/// few windows determine a scatter poorly.
 fn constant(strays: Vec<Stray>, independent: f64) -> f64 {
     let strays: Vec<Stray> =
         strays.into_iter().filter(|stray| stray.expected > 0.0 && stray.lasting > 0.0).collect();
@@ -206,7 +206,7 @@ struct Place {
 }
 
 /// The sums of each kind of driving in each half window.
-fn parts(
+fn sums_by_place(
     dataset: &Dataset,
     model: &Model<f64>,
     weights: &[f64],
@@ -216,33 +216,33 @@ fn parts(
     let range = &dataset.robot.range();
     let linear_beyond = noise.linear_beyond(dataset.robot.cutoff_hz());
     let kinds = Kinds::of(&dataset.store);
-    let mut parts = BTreeMap::new();
+    let mut by_place = BTreeMap::new();
     for (row, &weight) in dataset.store.iter().zip(weights) {
         let Some(predicted) = row.predicted(model) else { continue };
         let along = gradient(&row);
         let half = (row.time / HALF_S).floor() as i64;
         let place = Place { run: row.run, half, kind: kinds.kind(&row) };
-        let part = parts.entry(place).or_insert_with(|| Sums::new(along.len()));
+        let sums = by_place.entry(place).or_insert_with(|| Sums::new(along.len()));
         let error = row.power - predicted;
-        part.error += error;
-        part.along += &along;
-        part.rows += 1.0;
-        part.moving += f64::from(row.wheels.is_moving());
+        sums.error += error;
+        sums.along += &along;
+        sums.rows += 1.0;
+        sums.moving += f64::from(row.wheels.is_moving());
         if weight > 0.0 {
-            part.normal.ger(weight, &along, &along, 1.0);
-            part.pull.axpy(weight * error, &along, 1.0);
+            sums.normal.ger(weight, &along, &along, 1.0);
+            sums.pull.axpy(weight * error, &along, 1.0);
         }
         let response = row.response(model, range);
         if !response.may_clamp {
             let slope = response.polynomial.slope(row.mass - range.middle());
             let weighted = huber(error, linear_beyond) * slope;
-            part.score += weighted * error;
-            part.leverage.axpy(weighted, &along, 1.0);
-            part.information += weighted * slope;
-            part.slope += weighted;
+            sums.score += weighted * error;
+            sums.leverage.axpy(weighted, &along, 1.0);
+            sums.information += weighted * slope;
+            sums.slope += weighted;
         }
     }
-    parts
+    by_place
 }
 
 /// The variance between windows by Paule and Mandel (1982), W²: that at which Σ s² / (expected + σ²
@@ -310,10 +310,10 @@ mod tests {
                 error += y - x.dot(&others);
             }
             let moved = sums.left_out(&whole);
-            let found = sums.score_after(&moved);
-            assert!((found - expected).abs() < 1e-9 * expected.abs().max(1.0), "{found} {expected}");
-            let found = sums.error_after(&moved);
-            assert!((found - error).abs() < 1e-9 * error.abs().max(1.0), "{found} {error}");
+            let score = sums.score_after(&moved);
+            assert!((score - expected).abs() < 1e-9 * expected.abs().max(1.0), "{score} {expected}");
+            let error_after = sums.error_after(&moved);
+            assert!((error_after - error).abs() < 1e-9 * error.abs().max(1.0), "{error_after} {error}");
         }
     }
 
@@ -323,10 +323,10 @@ mod tests {
     fn errors_that_cancel_in_a_mixed_window_are_seen_by_kind() {
         // Straight on and turning, and steady and accelerating.
         for (apart, acceleration) in [([0.1, 1.0], [0.4, 0.4]), ([0.4, 0.4], [0.2, 0.9])] {
-            let found = lasting_errors_of_kinds(apart, acceleration);
-            assert!((0.05..0.5).contains(&found.mass_w), "{found:?}");
+            let lasting = lasting_errors_of_kinds(apart, acceleration);
+            assert!((0.05..0.5).contains(&lasting.mass_w), "{lasting:?}");
             // The energy of a kind is off by what the model errs by there.
-            assert!((0.05..0.2).contains(&found.energy_w), "{found:?}");
+            assert!((0.05..0.2).contains(&lasting.energy_w), "{lasting:?}");
         }
     }
 

@@ -35,9 +35,9 @@ pub struct MassEffect {
 ///
 /// With an R² below 0 the mean of the power predicts these rows better. `cut_short` are the steps
 /// of a search that was cut short and met no minimum. What else the data leave open matters where
-/// payloads are to be found: a parameter at its bound takes the place of what depends on the mass,
-/// and an effect of the mass that may as well be 0 gives any payload. A fit at one payload finds
-/// none, and says so: there, none of these is a defect.
+/// payloads are estimated: a parameter at its bound replaces what depends on the mass, and a mass
+/// effect that may as well be 0 gives any payload. A fit at one payload estimates none and says
+/// so: there, none of these is a defect.
 pub(super) fn defect(
     quality: &Quality,
     at_bounds: &[AtBound],
@@ -55,7 +55,7 @@ pub(super) fn defect(
         return Some(Defect { why, remedy });
     }
     let effect = effect?;
-    // What else is wrong with it comes of that.
+    // Any other defect follows from it.
     if let Some(why) = no_minimum {
         let remedy = format!("{LOOK}: wheels that turn so draw no such power");
         return Some(Defect { why, remedy });

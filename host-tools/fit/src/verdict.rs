@@ -137,7 +137,7 @@ pub const TORQUE: [Description; 7] = [
     describe(coefficients::TORQUE[6], TURN),
 ];
 
-/// What sets the right side's Coulomb torque apart from the left's.
+/// Difference of the right side's Coulomb torque from the left's.
 pub const IMBALANCE: Description = describe(coefficients::IMBALANCE, STRAIGHT);
 
 /// What a gear takes of what passes it.

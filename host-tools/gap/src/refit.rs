@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use fit::form::{Judged, TERMS, Term};
 use fit::lacking;
-use fit::physical::Own;
+use fit::physical::FreeTerms;
 use logs::robot::Robot;
 use logs::robot::chassis::Chassis;
 use support::context::Context;
@@ -31,7 +31,7 @@ pub fn asked_for(
     if report.verdict == Verdict::None || clean_logs.is_empty() {
         return Ok(Vec::new());
     }
-    let form = Own::of(&base.torque);
+    let form = FreeTerms::of(&base.torque);
     let has = |term: &Term| match term {
         Term::UnequalSides => form.unequal_sides,
         Term::GearLoss => form.gear_loss,

@@ -6,7 +6,7 @@ use logs::robot::Robot;
 use logs::robot::chassis::Chassis;
 
 use super::super::dataset::{Row, Rows, Stretch};
-use super::super::physical::{self, Bounds, Descent, Loss, Own, Parameters};
+use super::super::physical::{self, Bounds, Descent, FreeTerms, Loss, Parameters};
 use super::super::pilot::Pilots;
 use super::nested::Form;
 
@@ -35,7 +35,7 @@ pub(super) struct Problem<'a> {
     pub(super) pilots: &'a Pilots,
     /// Times that are kept from all of this.
     held_out: &'a (dyn Fn(f64) -> bool + Sync),
-    /// One for all forms of a term: of rows that are far off beside the others without the term.
+    /// One for all forms of a term. It counts the rows less that are far off without the term.
     loss: Loss,
     /// Steps from all starts to the plain form.
     pub(super) steps: u32,
@@ -92,18 +92,18 @@ impl<'a> Problem<'a> {
         } else {
             (open_s / USUAL_BLOCKS).clamp(LEAST_BLOCK_S, MOST_BLOCK_S)
         };
-        let bounds = Bounds::of(core, rows.all(), robot.motor(), Own::default());
+        let bounds = Bounds::of(core, rows.all(), robot.motor(), FreeTerms::default());
         let plain = physical::search(rows.all(), robot.drive(), Loss::Squares, &bounds, None);
         let loss = physical::usual_loss(rows.all(), robot.drive(), &plain.parameters);
         Self { robot, core, pilots, held_out, loss, steps: plain.steps, block_s, folds: dealt(open, block_s) }
     }
 
-    /// Weighs rows by how far off they are by a form that was taken; it is looked for from `near`.
-    /// A late power leaves so much that beside it no row is far off.
+    /// Weighs rows by how far off they are by a form that was taken; the search starts at `near`.
+    /// A late power leaves such large residuals that no row stands out.
     pub(super) fn weigh_by(&mut self, form: &Form, near: &Trial) {
         let Some((rows, _)) = self.rows(form) else { return };
         let (rows, drive) = (rows.all(), self.robot.drive());
-        let bounds = Bounds::of(self.core, rows, self.robot.motor(), form.own);
+        let bounds = Bounds::of(self.core, rows, self.robot.motor(), form.free_terms);
         let end = physical::search(rows, drive, Loss::Squares, &bounds, Some(&near.parameters[0]));
         self.loss = physical::usual_loss(rows, drive, &end.parameters);
     }
@@ -134,8 +134,8 @@ impl<'a> Problem<'a> {
         let errors = self.errors(rows, &end.parameters);
         let total: f64 = errors.values().sum();
         let of_fold = |fold: usize| {
-            let own = errors.iter().filter(|(block, _)| self.folds.get(block) == Some(&fold));
-            own.map(|(_, error)| error).sum::<f64>()
+            let in_fold = errors.iter().filter(|(block, _)| self.folds.get(block) == Some(&fold));
+            in_fold.map(|(_, error)| error).sum::<f64>()
         };
         let fitted = std::array::from_fn(|fold| total - of_fold(fold));
         total.is_finite().then_some(Trial { fitted, errors, parameters: [end.parameters; FOLDS] })
@@ -153,8 +153,8 @@ impl<'a> Problem<'a> {
         let mut errors = Errors::new();
         for fold in 0..FOLDS {
             let of = |held_out: bool| {
-                let own = rows.iter().zip(folds).filter(move |(_, own)| (**own == fold) == held_out);
-                own.map(|(row, _)| row).collect::<Rows>()
+                let kept = rows.iter().zip(folds).filter(move |(_, of_row)| (**of_row == fold) == held_out);
+                kept.map(|(row, _)| row).collect::<Rows>()
             };
             let (test, train) = (of(true), of(false));
             if test.is_empty() || train.is_empty() {
@@ -169,7 +169,7 @@ impl<'a> Problem<'a> {
     }
 
     fn search(&self, form: &Form, rows: Stretch<'_>, near: Option<&Parameters>) -> Descent {
-        let bounds = Bounds::of(self.core, rows, self.robot.motor(), form.own);
+        let bounds = Bounds::of(self.core, rows, self.robot.motor(), form.free_terms);
         physical::search(rows, self.robot.drive(), self.loss, &bounds, near)
     }
 

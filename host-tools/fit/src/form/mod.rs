@@ -7,7 +7,7 @@
 //! on data that its numbers have not seen: one run in three, or one block of time where there are
 //! few runs, is held out at a time while grid and parameters are fitted to the others, and the
 //! squared error of every block is compared with that of the model without the term. It is taken
-//! where the mean gain is above zero beyond chance (`SURELY`) and at least `LEAST_GAIN`.
+//! where the mean gain is significantly above zero (`SURELY`) and at least `LEAST_GAIN`.
 
 mod candidate;
 mod nested;
@@ -134,9 +134,9 @@ fn judge(term: Term, without: &Errors, with: &Errors) -> Judged {
     let (gains, errors): (Vec<f64>, Vec<f64>) = pairs.unzip();
     let mean = errors.iter().sum::<f64>() / errors.len() as f64;
     let gain = gains.iter().sum::<f64>() / errors.iter().sum::<f64>();
-    // Of a ratio of sums over blocks of unlike size (Cochran 1977, Section 2.11).
-    let about: Vec<f64> = gains.iter().zip(&errors).map(|(own, error)| (own - gain * error) / mean).collect();
-    let std_err = mean_interval(&about).std_err();
+    // A ratio of sums over blocks of unlike size (Cochran 1977, Section 2.11).
+    let about = gains.iter().zip(&errors).map(|(of_block, error)| (of_block - gain * error) / mean);
+    let std_err = mean_interval(&about.collect::<Vec<f64>>()).std_err();
     let taken = gain >= LEAST_GAIN && std_err.is_some_and(|error| gain > SURELY * error);
     Judged { term, gain, std_err, taken }
 }

@@ -8,7 +8,7 @@ use numerics::search::golden_section;
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::super::physical::{self, Own, Parameters};
+use super::super::physical::{self, FreeTerms, Parameters};
 use super::LEAST_GAIN;
 use super::candidate::{Errors, FOLDS, Problem, Trial, Unseen};
 use super::nested::Form;
@@ -43,7 +43,7 @@ pub const TERMS_WITH_GYRO: [Term; 6] =
 const DELAY_STEP_S: f64 = 0.05;
 /// from so many steps before
 const EARLIEST: i32 = -4;
-/// to so many behind the speeds: half a second.
+/// to so many after the speeds: half a second.
 const LATEST: i32 = 10;
 
 /// Slips at half of the scrub that are tried: rubber on hard ground to loose soil.
@@ -72,8 +72,8 @@ impl Term {
         }
     }
 
-    /// The term at its best beside what the form has, with how it did on blocks that it had not
-    /// seen. `None` where the robot cannot have it or the grid holds nothing.
+    /// The form with the term at its best, and its errors on blocks that it had not seen. `None`
+    /// where the robot cannot have it or the grid holds nothing.
     pub(super) fn best(self, problem: &Problem<'_>, form: &Form, current: &Trial) -> Option<(Form, Errors)> {
         let unseen = self.unseen(problem.core);
         let grid = self.grid(problem, form);
@@ -84,7 +84,7 @@ impl Term {
             .into_iter()
             .flatten()
             .collect();
-        // Of each fold the one that fits its own blocks best: the held-out ones have no say.
+        // For each fold the one that fits its training blocks best: the held-out ones have no say.
         let of_fold = |fold: usize| {
             tried
                 .iter()
@@ -94,16 +94,17 @@ impl Term {
         let sum = |trial: &Trial| trial.fitted.iter().sum::<f64>();
         let (best, together) = tried.iter().min_by(|(_, a), (_, b)| sum(a).total_cmp(&sum(b)))?;
         let all = |holds: &dyn Fn(&Parameters) -> bool| together.parameters.iter().all(holds);
-        if best.own.unequal_sides && !all(&|found| drags_on_both_sides(found, problem))
-            || best.own.gear_loss && !all(&|found| found[physical::GEAR_LOSS] < physical::MOST_GEAR_LOSS)
+        if best.free_terms.unequal_sides && !all(&|fit| drags_on_both_sides(fit, problem))
+            || best.free_terms.gear_loss && !all(&|fit| fit[physical::GEAR_LOSS] < physical::MOST_GEAR_LOSS)
         {
             return None;
         }
         let mut errors = Errors::new();
         for fold in 0..FOLDS {
-            let own = of_fold(fold)?.errors.iter();
+            let by_block = of_fold(fold)?.errors.iter();
             errors.extend(
-                own.filter(|(block, _)| problem.folds.get(block) == Some(&fold))
+                by_block
+                    .filter(|(block, _)| problem.folds.get(block) == Some(&fold))
                     .map(|(block, error)| (*block, *error)),
             );
         }
@@ -134,17 +135,17 @@ impl Term {
                     })
                     .collect()
             }
-            Self::UnequalSides if two_sided && !form.own.unequal_sides => {
-                vec![Form { own: Own { unequal_sides: true, ..form.own }, ..*form }]
+            Self::UnequalSides if two_sided && !form.free_terms.unequal_sides => {
+                vec![Form { free_terms: FreeTerms { unequal_sides: true, ..form.free_terms }, ..*form }]
             }
-            Self::GearLoss if !form.own.gear_loss => {
-                vec![Form { own: Own { gear_loss: true, ..form.own }, ..*form }]
+            Self::GearLoss if !form.free_terms.gear_loss => {
+                vec![Form { free_terms: FreeTerms { gear_loss: true, ..form.free_terms }, ..*form }]
             }
-            Self::BridgeDrop if !form.own.bridge_drop => {
-                vec![Form { own: Own { bridge_drop: true, ..form.own }, ..*form }]
+            Self::BridgeDrop if !form.free_terms.bridge_drop => {
+                vec![Form { free_terms: FreeTerms { bridge_drop: true, ..form.free_terms }, ..*form }]
             }
-            // It adds to the scrub: where there is none its coefficient could not be told from the
-            // scrub's.
+            // It adds to the scrub: where there is none the fit cannot distinguish its coefficient
+            // from the scrub's.
             Self::TrueSlip if two_sided && (problem.core.scrubs() || !form.conditioning.slip.is_off()) => {
                 let slips = TRUE_SLIPS.into_iter();
                 slips.map(|true_slip| with(Conditioning { true_slip, ..form.conditioning })).collect()
@@ -163,9 +164,9 @@ impl Term {
             };
             // Of the squared error.
             let most = (1.0 - least).powi(2) * problem.cost(form, near);
-            let found = golden_section(low, high, REFINED, at).filter(|found| found.cost < most);
-            if let Some(found) = found {
-                set(form, found.at);
+            let optimum = golden_section(low, high, REFINED, at).filter(|optimum| optimum.cost < most);
+            if let Some(optimum) = optimum {
+                set(form, optimum.at);
             }
         };
         let along = |form: &mut Form, low: f64, high: f64, set: fn(&mut Form, f64)| {
@@ -177,8 +178,7 @@ impl Term {
         };
         match self {
             Self::Delay => later(&mut form, DELAY_STEP_S),
-            // The memory was found beside a gear and a bridge without loss, which it had to make up
-            // for.
+            // The memory was fitted without losses of gear and bridge and compensated for them.
             Self::SlipMemory | Self::GearLoss | Self::BridgeDrop if !form.conditioning.slip.is_off() => {
                 let rounds = if self == Self::SlipMemory { &MEMORY_WITHIN[..] } else { &MEMORY_WITHIN[1..] };
                 for factor in rounds {
@@ -216,7 +216,7 @@ impl Term {
     }
 }
 
-/// Delays to try beside the one that there is, s, of samples this far apart.
+/// Delays to try besides the present one, s, of samples this far apart.
 pub(super) fn delays(now: f64, sample_s: f64) -> Vec<f64> {
     // Speeds that are means of 50 ms are later than the power by half of that: a whole step to
     // either side would gain nothing. Whole samples only: between two of them interpolation

@@ -1,4 +1,4 @@
-//! Terms on logs made from known models: taken where they are there, left where they are not.
+//! Terms on logs made from known models: taken where the model has them, and only there.
 
 use logs::robot::Robot;
 use logs::robot::chassis::Chassis;
@@ -60,7 +60,7 @@ fn husky() -> (Robot, CoreRobot<f64, 2>) {
     (robot, core)
 }
 
-/// Smooth speeds of both sides, slow beside the filter, curves of every radius and spins.
+/// Smooth speeds of both sides, slow for the filter, curves of every radius and spins.
 fn speeds(seed: u64) -> Vec<[f64; 2]> {
     let random = &mut ChaCha8Rng::seed_from_u64(seed);
     let mut waves = || {
@@ -110,8 +110,7 @@ fn log(core: &CoreRobot<f64, 2>, truth: Truth, seed: u64) -> Pilots {
     let lever = core.kinematics.difference_per_turn();
     let other = self::speeds(seed + 50);
     for (index, speed) in speeds.iter().enumerate() {
-        // Of the time between its neighbours, which is its own: from the one before alone it would
-        // be late by half a step.
+        // From both neighbours: from the one before alone it would be late by half a step.
         let (before, after) = (index.saturating_sub(1), (index + 1).min(speeds.len() - 1));
         let steps = (after - before) as f64;
         let acceleration =
@@ -183,10 +182,10 @@ fn slip_memory_is_found() {
     let slip = SlipMemory { half_slip: 0.15, relaxation: 1.5, rest: 0.2 };
     let choice = chosen(Truth { slip, ..Truth::default() }, 1);
     assert_eq!(taken(&choice), [Term::SlipMemory], "{choice:?}");
-    let found = choice.form.conditioning.slip;
-    assert!((found.half_slip / slip.half_slip).ln().abs() < 0.15, "{found:?}");
-    assert!((found.relaxation / slip.relaxation).ln().abs() < 0.3, "{found:?}");
-    assert!((found.rest / slip.rest).ln().abs() < 0.3, "{found:?}");
+    let fitted = choice.form.conditioning.slip;
+    assert!((fitted.half_slip / slip.half_slip).ln().abs() < 0.15, "{fitted:?}");
+    assert!((fitted.relaxation / slip.relaxation).ln().abs() < 0.3, "{fitted:?}");
+    assert!((fitted.rest / slip.rest).ln().abs() < 0.3, "{fitted:?}");
 }
 
 /// Four samples, to half of one: where a wheel or a turn changes its direction the power steps, and
@@ -215,7 +214,7 @@ fn delays_between_the_steps_are_whole_samples() {
 fn unequal_sides_are_found() {
     let choice = chosen(Truth { imbalance: 1.0, ..Truth::default() }, 0);
     assert_eq!(taken(&choice), [Term::UnequalSides], "{choice:?}");
-    assert!(choice.form.own.unequal_sides);
+    assert!(choice.form.free_terms.unequal_sides);
 }
 
 /// Wheels that the inner side of a turn drives back tell of it.
@@ -223,7 +222,7 @@ fn unequal_sides_are_found() {
 fn the_loss_of_a_gear_is_found() {
     let choice = chosen(Truth { gear_loss: 0.2, ..Truth::default() }, 1);
     assert_eq!(taken(&choice), [Term::GearLoss], "{choice:?}");
-    assert!(choice.form.own.gear_loss);
+    assert!(choice.form.free_terms.gear_loss);
 }
 
 /// 0.4 V of 24 V, as the winding's loss alone does not show them.
@@ -231,7 +230,7 @@ fn the_loss_of_a_gear_is_found() {
 fn the_drop_of_a_bridge_is_found() {
     let choice = chosen(Truth { bridge_drop: 0.4, ..Truth::default() }, 2);
     assert_eq!(taken(&choice), [Term::BridgeDrop], "{choice:?}");
-    assert!(choice.form.own.bridge_drop);
+    assert!(choice.form.free_terms.bridge_drop);
 }
 
 /// To a tenth: the filter has the speeds before the sign of the turn.
@@ -240,14 +239,14 @@ fn true_slip_is_found() {
     let truth = Truth { true_slip: 0.4, gyro: Gyroscope::True, ..Truth::default() };
     let choice = chosen(truth, 1);
     assert_eq!(taken(&choice), [Term::TrueSlip], "{choice:?}");
-    let found = choice.form.conditioning.true_slip;
-    assert!((found / truth.true_slip).ln().abs() < 0.1, "{found}");
+    let fitted = choice.form.conditioning.true_slip;
+    assert!((fitted / truth.true_slip).ln().abs() < 0.1, "{fitted}");
 }
 
 /// A gyro that says what the wheels say has nothing to add, one that says anything else neither;
 /// without slip in the torque a true one has not. All are asked.
 #[test]
-fn a_gyro_that_adds_nothing_is_left() {
+fn a_gyro_that_adds_nothing_is_not_taken() {
     for gyro in [Gyroscope::True, Gyroscope::Wheels, Gyroscope::Noise] {
         for seed in 0..3 {
             let choice = chosen(Truth { gyro, ..Truth::default() }, seed);

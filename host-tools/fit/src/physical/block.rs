@@ -113,15 +113,15 @@ impl Block {
         }
         let (wheels, wheels_a_row) = rows.wheels();
         for place in 0..wheels_a_row {
-            for (row, own) in wheels.chunks_exact(wheels_a_row).take(ROWS).enumerate() {
-                self.wheels.put(row, &own[place]);
+            for (row, of_row) in wheels.chunks_exact(wheels_a_row).take(ROWS).enumerate() {
+                self.wheels.put(row, &of_row[place]);
             }
             self.subtract(torque);
             wheel_taken(self, torque);
         }
     }
 
-    /// Takes the power of the wheels that are here from what is left.
+    /// Subtracts the power of these wheels from the residuals.
     #[inline(never)]
     fn subtract(&mut self, torque: &TorqueModel<f64>) {
         let (model, draw, floor) = (*torque, torque.draw(), self.floor);

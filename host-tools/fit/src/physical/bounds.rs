@@ -14,7 +14,7 @@ use numerics::levenberg_marquardt;
 
 use super::super::dataset::Stretch;
 use super::super::verdict::{self, Description};
-use super::Own;
+use super::FreeTerms;
 use super::cost::{PARAMETERS as COUNT, Parameters, WINDING_LOSS};
 
 /// Least efficiency of motor, gear and drive together: torques are found with it folded in.
@@ -43,7 +43,7 @@ const SPREAD: f64 = 0.8;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bounds(levenberg_marquardt::Bounds<Const<COUNT>>);
 
-/// A parameter at a bound of its own that is not nought.
+/// A parameter at a bound other than 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AtBound {
     /// Which.
@@ -66,8 +66,7 @@ impl AtBound {
 }
 
 impl Bounds {
-    /// For a robot on these drives, with what is known of its motors and what its model has of its
-    /// own.
+    /// For a robot on these drives, with what is known of its motors and the terms that are free.
     ///
     /// Weight m g on N wheels of radius r gives the torque T = m g r / N at which they slip with a
     /// friction of 1.
@@ -82,13 +81,13 @@ impl Bounds {
     /// | gear_loss | the least efficiency of a gear |
     /// | bridge_drop | half of the supply: half of the speed without load, that is the fastest speed driven |
     /// | winding_loss | κ = R/(Kt n)² is no-load speed over stall torque: twice the speed driven over 0.1 T of the empty robot |
-    pub fn of(robot: &Chassis, rows: Stretch<'_>, motor: Option<&Motor>, own: Own) -> Self {
+    pub fn of(robot: &Chassis, rows: Stretch<'_>, motor: Option<&Motor>, free_terms: FreeTerms) -> Self {
         let speeds = rows.iter().flat_map(|row| row.wheels).map(|wheel| wheel.speed.abs());
-        Self::up_to(robot, speeds.fold(0.0, f64::max), motor, own)
+        Self::up_to(robot, speeds.fold(0.0, f64::max), motor, free_terms)
     }
 
     /// The same of rows whose fastest wheel turned at so many rad/s.
-    pub fn up_to(robot: &Chassis, fastest: f64, motor: Option<&Motor>, own: Own) -> Self {
+    pub fn up_to(robot: &Chassis, fastest: f64, motor: Option<&Motor>, free_terms: FreeTerms) -> Self {
         // λ_max of M'' is the inertia per kilogram that the stiffest common motion shows to one
         // wheel: r²/N where all drive straight ahead.
         let wheels = robot.wheels() as f64;
@@ -105,9 +104,9 @@ impl Bounds {
             let efficiency = motor.gear_efficiency.unwrap_or(LEAST_GEAR_EFFICIENCY);
             (SPREAD * ideal, HOT * ideal / efficiency.powi(2))
         });
-        let imbalance = if own.unequal_sides { drag } else { 0.0 };
-        let gear_loss = if own.gear_loss { MOST_GEAR_LOSS } else { 0.0 };
-        let bridge_drop = if own.bridge_drop { 0.5 * SPEED_RESERVE * fastest } else { 0.0 };
+        let imbalance = if free_terms.unequal_sides { drag } else { 0.0 };
+        let gear_loss = if free_terms.gear_loss { MOST_GEAR_LOSS } else { 0.0 };
+        let bridge_drop = if free_terms.bridge_drop { 0.5 * SPEED_RESERVE * fastest } else { 0.0 };
         let upper = [
             drag,
             per_kg / LEAST_EFFICIENCY,

@@ -83,8 +83,8 @@ pub fn torque(parameters: &Parameters) -> TorqueModel<f64> {
 /// The parameters of a model.
 pub fn parameters(torque: &TorqueModel<f64>) -> Parameters {
     let shared = torque.to_array();
-    let own = [torque.imbalance, torque.gear_loss, torque.bridge_drop];
-    Parameters::from_fn(|i, _| *shared.get(i).unwrap_or_else(|| &own[i - IMBALANCE]))
+    let free_terms = [torque.imbalance, torque.gear_loss, torque.bridge_drop];
+    Parameters::from_fn(|i, _| *shared.get(i).unwrap_or_else(|| &free_terms[i - IMBALANCE]))
 }
 
 /// ∂τ/∂θ of a wheel: N·m per unit of each parameter.
@@ -113,11 +113,11 @@ pub fn predict(torque: &TorqueModel<f64>, row: &Kept<'_>, drive: Drive) -> (f64,
     let draw = torque.draw();
     for wheel in row.wheels {
         let total = torque.torque(wheel, row.mass);
-        let own = draw.power(wheel.speed, total);
-        if own < 0.0 && drive == Drive::Dissipative {
+        let wheel_power = draw.power(wheel.speed, total);
+        if wheel_power < 0.0 && drive == Drive::Dissipative {
             continue;
         }
-        power += own;
+        power += wheel_power;
         let by = draw.slope(wheel.speed, total);
         for (slope, along) in slope.iter_mut().zip(along(torque, wheel, row.mass)) {
             *slope += by * along;
@@ -132,8 +132,8 @@ pub fn predict(torque: &TorqueModel<f64>, row: &Kept<'_>, drive: Drive) -> (f64,
 pub fn power(torque: &TorqueModel<f64>, row: &Kept<'_>, drive: Drive) -> f64 {
     let mut power = 0.0;
     for wheel in row.wheels {
-        let own = torque.wheel_power(wheel, row.mass);
-        power += if own < 0.0 && drive == Drive::Dissipative { 0.0 } else { own };
+        let wheel_power = torque.wheel_power(wheel, row.mass);
+        power += if wheel_power < 0.0 && drive == Drive::Dissipative { 0.0 } else { wheel_power };
     }
     power
 }
@@ -148,10 +148,10 @@ pub(super) fn residual(torque: &TorqueModel<f64>, row: &Kept<'_>, drive: Drive) 
     let mut power = 0.0;
     let mut draws = false;
     for wheel in row.wheels {
-        let own = torque.wheel_power(wheel, row.mass);
-        let counts = wheel.direction != 0.0 && (drive == Drive::Regenerative || own >= 0.0);
+        let wheel_power = torque.wheel_power(wheel, row.mass);
+        let counts = wheel.direction != 0.0 && (drive == Drive::Regenerative || wheel_power >= 0.0);
         draws |= counts;
-        power += if counts { own } else { 0.0 };
+        power += if counts { wheel_power } else { 0.0 };
     }
     draws.then_some(row.power - power)
 }

@@ -33,9 +33,9 @@ pub use self::starts::Alone;
 use super::dataset::{Dataset, Rows, Stretch};
 pub use numerics::levenberg_marquardt::Ending;
 
-/// What a torque model has of its own, beyond what all have.
+/// Terms of the torque model that are free in some fits and 0 in the others.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Own {
+pub struct FreeTerms {
     /// The sides' Coulomb torques differ.
     pub unequal_sides: bool,
     /// The gear takes a share of what passes it.
@@ -44,8 +44,8 @@ pub struct Own {
     pub bridge_drop: bool,
 }
 
-impl Own {
-    /// What this one has.
+impl FreeTerms {
+    /// The terms that this model has.
     pub fn of(torque: &TorqueModel<f64>) -> Self {
         Self {
             unequal_sides: torque.imbalance != 0.0,
@@ -58,9 +58,9 @@ impl Own {
     pub fn places(self, scrubs: bool) -> Vec<usize> {
         // Wheels that do not scrub have no such parameter.
         let shared = 0..model_core::torque::PARAMETERS - usize::from(!scrubs);
-        let own =
+        let free =
             [(self.unequal_sides, IMBALANCE), (self.gear_loss, GEAR_LOSS), (self.bridge_drop, BRIDGE_DROP)];
-        shared.chain(own.into_iter().filter_map(|(is_free, place)| is_free.then_some(place))).collect()
+        shared.chain(free.into_iter().filter_map(|(is_free, place)| is_free.then_some(place))).collect()
     }
 }
 
@@ -94,7 +94,7 @@ const FINALISTS: usize = 3;
 /// (`robust`): where acceleration starts or a clamp lets go within the filter's memory no model
 /// of filtered signals is right, and on clean data those few rows would decide the fit.
 pub fn solve(dataset: &Dataset, robot: &Robot) -> Solution {
-    let bounds = Bounds::of(&dataset.robot, dataset.store.all(), robot.motor(), dataset.own);
+    let bounds = Bounds::of(&dataset.robot, dataset.store.all(), robot.motor(), dataset.free_terms);
     solve_within(dataset.store.all(), robot.drive(), &bounds)
 }
 

@@ -32,7 +32,7 @@ pub fn restart(
     huber: Option<Huber>,
     starts: u32,
 ) -> Restarts {
-    let bounds = Bounds::of(&dataset.robot, dataset.store.all(), robot.motor(), dataset.own);
+    let bounds = Bounds::of(&dataset.robot, dataset.store.all(), robot.motor(), dataset.free_terms);
     restart_within(dataset.store.all(), robot.drive(), &bounds, fitted, huber, starts)
 }
 

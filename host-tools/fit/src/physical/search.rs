@@ -40,7 +40,7 @@ pub(super) const FINAL: Tolerances = Tolerances {
 /// uses up what it is given.
 pub(crate) const MOST_STEPS: u32 = starts::STARTS * TRIAL.steps;
 
-/// A descent has so many all the same: what is left to do has a result.
+/// A descent has at least so many steps, so that the rest of the fit has a result.
 const LEAST_STEPS: u32 = TRIAL.steps;
 
 /// The lowest cost of any rows, from one start, or from all starts where none is given, with the
@@ -62,8 +62,8 @@ pub(crate) fn search(
     Descent { steps, ..best }
 }
 
-/// The lowest of the ends that these starts lead to. `steps` counts on; those of [`MOST_STEPS`]
-/// that are left are theirs.
+/// The lowest of the ends that these starts lead to. `steps` counts on; the starts may use what
+/// remains of [`MOST_STEPS`].
 pub(super) fn best_of(
     cost: &Cost<'_>,
     starts: &[Parameters],

@@ -9,8 +9,8 @@ use rayon::prelude::*;
 use super::bounds::Bounds;
 use super::cost::{Cost, PARAMETERS, Parameters, WINDING_LOSS, gradient, torque};
 
-/// Draws of shares: with the ordered starts, as many as found every minimum that fifty found on the
-/// robots of the bench.
+/// Draws of shares. With the ordered starts, so many reached every minimum that fifty reached on
+/// the robots of the bench.
 pub(super) const DRAWS: u64 = 16;
 
 /// Ends of which the cost differs by less than this share are one and the same.
@@ -55,14 +55,14 @@ impl Alone {
     pub(super) fn of(cost: &Cost<'_>) -> Self {
         // At no torque the slope of the power is the regressor w x of each part.
         let none = torque(&Parameters::zeros());
-        let (mut with, mut own) = (Parameters::zeros(), Parameters::zeros());
+        let (mut xp, mut xx) = (Parameters::zeros(), Parameters::zeros());
         for row in cost.rows.iter() {
             let slope = gradient(&none, &row, model_core::torque::Drive::Regenerative);
-            with.axpy(row.power, &slope, 1.0);
-            own += slope.component_mul(&slope);
+            xp.axpy(row.power, &slope, 1.0);
+            xx += slope.component_mul(&slope);
         }
-        let parameters = with.zip_map(&own, |with, own| if own > 0.0 { (with / own).max(0.0) } else { 0.0 });
-        let speed = (own[0] / cost.rows.others().len().max(1) as f64).sqrt();
+        let parameters = xp.zip_map(&xx, |xp, xx| if xx > 0.0 { (xp / xx).max(0.0) } else { 0.0 });
+        let speed = (xx[0] / cost.rows.others().len().max(1) as f64).sqrt();
         Self { parameters, speed }
     }
 

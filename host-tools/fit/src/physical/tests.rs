@@ -33,10 +33,10 @@ fn rows(count: usize, std: f64, drive: Drive) -> Vec<Row> {
         };
         let wheels = [wheel(), wheel()];
         let mass = [1.0, 3.0, 6.0][index % 3];
-        let own = |wheel: &Wheel<f64>| torque.wheel_power(wheel, mass);
+        let wheel_power = |wheel: &Wheel<f64>| torque.wheel_power(wheel, mass);
         let power = wheels
             .iter()
-            .map(own)
+            .map(wheel_power)
             .map(|power| if drive == Drive::Dissipative { power.max(0.0) } else { power });
         Row {
             wheels: wheels.into(),
@@ -66,19 +66,19 @@ fn wide() -> Bounds {
     bounds(100.0)
 }
 
-fn assert_near(found: &TorqueModel<f64>, share: f64) {
-    for (found, truth) in super::parameters(found).iter().zip(TRUTH) {
-        assert!((found - truth).abs() <= share * truth.abs(), "{found} {truth}");
+fn assert_near(fitted: &TorqueModel<f64>, share: f64) {
+    for (fitted, truth) in super::parameters(fitted).iter().zip(TRUTH) {
+        assert!((fitted - truth).abs() <= share * truth.abs(), "{fitted} {truth}");
     }
 }
 
 #[test]
 fn returns_the_truth_clamped_or_not() {
     for drive in [Drive::Dissipative, Drive::Regenerative] {
-        let found = solve(&rows(3000, 1e-6, drive), drive, &wide());
-        assert!(found.ending.has_converged(), "{found:?}");
-        assert_near(&found.torque, 1e-4);
-        assert!(found.at_bounds.is_empty());
+        let solution = solve(&rows(3000, 1e-6, drive), drive, &wide());
+        assert!(solution.ending.has_converged(), "{solution:?}");
+        assert_near(&solution.torque, 1e-4);
+        assert!(solution.at_bounds.is_empty());
     }
 }
 
@@ -90,10 +90,10 @@ fn a_few_wrong_rows_do_not_decide() {
     for row in rows.iter_mut().step_by(50) {
         row.power += row.wheels[0].scrub.abs();
     }
-    let found = solve(&rows, Drive::Regenerative, &wide());
-    assert_eq!(threshold(&found), Some(4.0));
-    assert_near(&found.torque, 0.03);
-    assert!(found.weights.iter().step_by(50).filter(|weight| **weight < 0.5).count() > 100);
+    let solution = solve(&rows, Drive::Regenerative, &wide());
+    assert_eq!(threshold(&solution), Some(4.0));
+    assert_near(&solution.torque, 0.03);
+    assert!(solution.weights.iter().step_by(50).filter(|weight| **weight < 0.5).count() > 100);
 }
 
 /// Where one row in twelve holds what the model lacks, those rows are what tells: the tightest
@@ -106,21 +106,21 @@ fn what_the_model_lacks_is_not_weighed_away() {
         let wheel = &row.wheels[1];
         row.power += if wheel.speed > 5.0 { 10.0 } else { 0.0 };
     }
-    let found = solve(&rows, Drive::Regenerative, &wide());
-    assert_ne!(threshold(&found), Some(4.0));
+    let solution = solve(&rows, Drive::Regenerative, &wide());
+    assert_ne!(threshold(&solution), Some(4.0));
     let rows = kept(&rows);
     let squares =
         Cost { rows: rows.all(), drive: Drive::Regenerative, loss: Loss::Squares, free: wide().free() };
-    let cost = squares.cost(&super::parameters(&found.torque));
+    let cost = squares.cost(&super::parameters(&solution.torque));
     let ends = Box { lower: *wide().lower(), upper: *wide().upper() };
-    let least = descend(&squares, &super::parameters(&found.torque), &ends, &Tolerances::default()).cost;
+    let least = descend(&squares, &super::parameters(&solution.torque), &ends, &Tolerances::default()).cost;
     let mean = rows.iter().map(|row| row.power).sum::<f64>() / rows.len() as f64;
     let variation: f64 = rows.iter().map(|row| (row.power - mean).powi(2)).sum();
     assert!(cost - least <= 0.005 * variation, "{cost} {least} {variation}");
 }
 
-fn threshold(found: &Solution) -> Option<f64> {
-    found.huber.map(|huber| huber.threshold_std)
+fn threshold(solution: &Solution) -> Option<f64> {
+    solution.huber.map(|huber| huber.threshold_std)
 }
 
 /// Fifty random starts on the same cost end nowhere lower; where the fit is not at its optimum,
@@ -131,14 +131,14 @@ fn no_start_ends_lower() {
     for row in &mut rows {
         row.power += 0.3 * row.wheels[0].speed.abs().sqrt();
     }
-    let found = solve(&rows, Drive::Dissipative, &wide());
+    let solution = solve(&rows, Drive::Dissipative, &wide());
     let above = |torque: &TorqueModel<f64>| {
-        restart_within(kept(&rows).all(), Drive::Dissipative, &wide(), torque, found.huber, 50)
+        restart_within(kept(&rows).all(), Drive::Dissipative, &wide(), torque, solution.huber, 50)
             .cost_above_share
     };
-    let share = above(&found.torque);
+    let share = above(&solution.torque);
     assert!((-1e-6..=1e-3).contains(&share), "{share}");
-    let mut off = found.torque;
+    let mut off = solution.torque;
     off.inertia_gain *= 1.2;
     assert!(above(&off) > 1e-3);
 }
@@ -181,10 +181,10 @@ fn blocks_are_rows() {
             gradient -= slope * (row.power - power);
             matrix += slope * slope.transpose();
         }
-        let found = cost.derivatives(&at);
+        let derivatives = cost.derivatives(&at);
         assert!((cost.cost(&at) - squares).abs() < 1e-12 * squares);
-        assert!((found.0 - gradient).norm() < 1e-12 * gradient.norm());
-        assert!((found.1 - matrix).norm() < 1e-12 * matrix.norm());
+        assert!((derivatives.0 - gradient).norm() < 1e-12 * gradient.norm());
+        assert!((derivatives.1 - matrix).norm() < 1e-12 * matrix.norm());
     }
     let clamped =
         |row: Kept<'_>| row.wheels.iter().any(|w| super::torque(&at).wheel_power(w, row.mass) < 0.0);
@@ -194,8 +194,8 @@ fn blocks_are_rows() {
 #[test]
 fn a_bound_that_is_met_is_told() {
     let bounds = bounds(1.0);
-    let found = solve(&rows(2000, 0.01, Drive::Regenerative), Drive::Regenerative, &bounds);
-    let names: Vec<&str> = found.at_bounds.iter().map(|at| at.description.name).collect();
+    let solution = solve(&rows(2000, 0.01, Drive::Regenerative), Drive::Regenerative, &bounds);
+    let names: Vec<&str> = solution.at_bounds.iter().map(|at| at.description.name).collect();
     assert_eq!(names, ["winding_loss"]);
-    assert_eq!(found.torque.winding_loss, 1.0);
+    assert_eq!(solution.torque.winding_loss, 1.0);
 }

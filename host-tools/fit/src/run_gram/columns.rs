@@ -140,10 +140,10 @@ impl Flat {
     /// Numbers and texts that no run has; another format.
     pub fn gram(&self) -> Result<RunGram> {
         let mut value = LAYOUT.blank.clone();
-        let is_absent = |part: &str| {
-            let mut of_part =
-                LAYOUT.numbers.iter().zip(&self.numbers).filter(|(c, _)| c.pointer.starts_with(part));
-            of_part.all(|(_, number)| number.is_nan())
+        let is_absent = |prefix: &str| {
+            let mut values =
+                LAYOUT.numbers.iter().zip(&self.numbers).filter(|(c, _)| c.pointer.starts_with(prefix));
+            values.all(|(_, number)| number.is_nan())
         };
         let format = self.numbers.first().copied().unwrap_or(f64::NAN);
         if format != f64::from(FORMAT) {
@@ -167,8 +167,8 @@ impl Flat {
                 _ => serde_json::from_str(text).map_err(|error| wrong(error.to_string()))?,
             };
         }
-        for part in OPTIONAL.into_iter().filter(|part| is_absent(part)) {
-            if let Some(place) = value.pointer_mut(part) {
+        for pointer in OPTIONAL.into_iter().filter(|pointer| is_absent(pointer)) {
+            if let Some(place) = value.pointer_mut(pointer) {
                 *place = Value::Null;
             }
         }

@@ -15,7 +15,7 @@ use super::run::{RunGram, total};
 use crate::assess::{Uncertainty, sandwich};
 use crate::gram::{Gram, Vector};
 use crate::linear;
-use crate::physical::{self, Bounds, Own};
+use crate::physical::{self, Bounds, FreeTerms};
 use crate::verdict::{self, Description, Parameter, Verdict};
 use crate::warning::Warning;
 use model::coefficients::ModelKind;
@@ -87,7 +87,7 @@ pub fn eq18(kind: ModelKind, runs: &[RunGram]) -> Result<Fitted> {
 pub fn signed(core: &Chassis, robot: &Robot, runs: &[RunGram]) -> Result<Fitted> {
     let all = total(runs)?;
     check_rows(&all.signed)?;
-    let bounds = Bounds::up_to(core, all.summary.fastest_rad_s, robot.motor(), Own::default());
+    let bounds = Bounds::up_to(core, all.summary.fastest_rad_s, robot.motor(), FreeTerms::default());
     let cost = Cost::of(&all.signed);
     let tolerances = Tolerances { cost_share: 1e-15, ..Tolerances::default() };
     let ends = cost.alone().ordered_starts().into_iter();
@@ -97,10 +97,10 @@ pub fn signed(core: &Chassis, robot: &Robot, runs: &[RunGram]) -> Result<Fitted>
         Error::failed("no start of the search has a finite cost: the sums are not of a drive")
     })?;
     // Sums that were added in a different order, by an engine, end at the same coefficients.
-    let found = levenberg_marquardt::polish(&cost, &best.parameters, bounds.as_box());
-    let torque = physical::torque(&found);
+    let polished = levenberg_marquardt::polish(&cost, &best.parameters, bounds.as_box());
+    let torque = physical::torque(&polished);
     let mut warnings: Vec<String> =
-        bounds.met_by(&found).iter().map(|at| Warning::at_bound(at).text).collect();
+        bounds.met_by(&polished).iter().map(|at| Warning::at_bound(at).text).collect();
     if best.ending == Ending::OutOfSteps {
         warnings.push("the search used up its steps: the coefficients are the best that were met".to_owned());
     }
@@ -125,7 +125,7 @@ pub fn signed(core: &Chassis, robot: &Robot, runs: &[RunGram]) -> Result<Fitted>
             (dynamic(places, |i, j| normal[(i, j)]), DVector::from_fn(places, |i, _| score[i]))
         })
         .collect();
-    let values = &found.as_slice()[..places];
+    let values = &polished.as_slice()[..places];
     let parameters = judged(&verdict::TORQUE[..places], values, &clusters, all.signed.rows(), &mut warnings);
     let beta = polynomial::expand(&torque);
     Ok(fitted(ModelKind::Signed, &all.signed, &beta, all.may_clamp, parameters, warnings))
@@ -139,18 +139,18 @@ pub fn leave_one_out(kind: ModelKind, runs: &[RunGram]) -> Result<Vec<LeftOut>> 
     if runs.len() < 2 {
         return Err(Error::failed("one run only; expected two at least, to leave one out"));
     }
-    // That they add up.
+    // Their settings agree.
     total(runs)?;
     let left_out = runs.iter().enumerate().map(|(place, run)| {
-        // Added again: taken away from the whole, rounding would be what is left of a small run.
+        // Added again: subtracted from the whole, a small run would be lost in rounding.
         let mut others = Gram::default();
         for (_, other) in runs.iter().enumerate().filter(|(other, _)| *other != place) {
             others.merge(of_kind(kind, other));
         }
         let (beta, _) = linear::by_nnls(&others);
-        let own = of_kind(kind, run);
-        let (r2, rmse_w) = quality(own, &beta);
-        LeftOut { run: run.run.clone(), r2, rmse_w, rows: own.rows() }
+        let gram = of_kind(kind, run);
+        let (r2, rmse_w) = quality(gram, &beta);
+        LeftOut { run: run.run.clone(), r2, rmse_w, rows: gram.rows() }
     });
     Ok(left_out.collect())
 }

@@ -39,8 +39,8 @@ pub(super) fn regressors(row: &Kept<'_>) -> [f64; PRODUCTS] {
 /// No wheel can be clamped, whatever the parameters: what drives it, drives it along its motion.
 pub(super) fn cannot_clamp(wheels: &[Wheel<f64>], drive: Drive) -> bool {
     let along = |wheel: &Wheel<f64>| {
-        let parts = [wheel.acceleration, wheel.inertial_torque, wheel.scrub];
-        parts.into_iter().all(|part| part * wheel.direction >= 0.0)
+        let factors = [wheel.acceleration, wheel.inertial_torque, wheel.scrub];
+        factors.into_iter().all(|factor| factor * wheel.direction >= 0.0)
     };
     drive == Drive::Regenerative || wheels.iter().all(along)
 }
@@ -79,8 +79,8 @@ impl<'a> Cost<'a> {
         let with = self.gram.xp();
         let mut parameters = Parameters::zeros();
         for (parameter, product) in LINEAR {
-            let own = self.products[(product, product)];
-            parameters[parameter] = if own > 0.0 { (with[product] / own).max(0.0) } else { 0.0 };
+            let square = self.products[(product, product)];
+            parameters[parameter] = if square > 0.0 { (with[product] / square).max(0.0) } else { 0.0 };
         }
         let speed = (self.products[(6, 6)] / self.gram.rows().max(1) as f64).sqrt();
         Alone { parameters, speed }

@@ -159,7 +159,7 @@ pub(super) fn of_header(robot: &Robot, how: &Conditioned, header: Header) -> Res
     Ok(Summed { runs, spent })
 }
 
-/// Rows of a log behind the filter.
+/// Rows of a log after the filter.
 struct Filtered<'a> {
     robot: &'a Robot,
     how: &'a Conditioned,
@@ -269,7 +269,7 @@ fn empty(how: &Conditioned, robot: &Robot) -> RunGram {
     }
 }
 
-/// Sums of rows behind the filter.
+/// Sums of rows after the filter.
 struct Sums<'a> {
     robot: &'a Robot,
     how: &'a Conditioned,

@@ -26,7 +26,7 @@ pub struct Setting {
     pub static_power_w: f64,
     /// Of the filter.
     pub filter_cutoff_hz: f64,
-    /// Of the power behind the speeds, s.
+    /// Of the power after the speeds, s.
     pub power_delay_s: f64,
     /// Slip memory: half slip, and relaxation in rad; 0 where there is none.
     pub slip: [f64; 2],

@@ -17,7 +17,7 @@ use support::input::{MOST_DESCRIPTION, read_text};
 use super::local::Local;
 use super::read::checksum_of;
 use super::run::{RunGram, total};
-use crate::physical::{Bounds, Own, parameters, torque};
+use crate::physical::{Bounds, FreeTerms, parameters, torque};
 use crate::verdict;
 
 /// A parameter before and after.
@@ -73,7 +73,7 @@ pub fn step(robot: &Robot, file: &Path, runs: &[RunGram]) -> Result<Step> {
         return Err(Error::failed("model eq18; expected signed").in_file(file).in_column("model"));
     };
     let near = (file, &*checksum_of(&text));
-    let (torque, covariance, told) = found(robot, &next.coefficients.robot, &reference, near, &all, runs)?;
+    let (torque, covariance, told) = solve(robot, &next.coefficients.robot, &reference, near, &all, runs)?;
     next.coefficients.model = Model::Signed { torque, drive };
     next.covariance = covariance;
     next.origin.rows = all.summary.rows;
@@ -83,7 +83,7 @@ pub fn step(robot: &Robot, file: &Path, runs: &[RunGram]) -> Result<Step> {
 
 /// The step from coefficients of this file and checksum, and their covariance without that of the
 /// sides' imbalance.
-fn found(
+fn solve(
     robot: &Robot,
     core: &Chassis,
     reference: &TorqueModel<f64>,
@@ -93,23 +93,23 @@ fn found(
 ) -> Result<(TorqueModel<f64>, DMatrix<f64>, Told)> {
     let sums =
         all.local.as_ref().filter(|_| all.setting.reference.as_deref() == Some(near)).ok_or_else(|| {
-            let found = match &all.setting.reference {
+            let origin = match &all.setting.reference {
                 Some(other) => format!("sums near other coefficients ({other}; these are {near})"),
                 None => "sums near no coefficients".to_owned(),
             };
-            Error::failed(format!("{found}; expected those of gmr gram --coeffs {}", file.display()))
+            Error::failed(format!("{origin}; expected those of gmr gram --coeffs {}", file.display()))
                 .in_file(file)
         })?;
     if sums.rows == 0 {
         return Err(Error::failed("no row in which a wheel draws power; expected a drive"));
     }
     let start = parameters(reference);
-    // Sides that were alike stay so; sums do not tell of the losses of gear and bridge, which stay
-    // what they are.
-    let own = Own::of(reference);
-    let places = Own { gear_loss: false, bridge_drop: false, ..own }.places(core.scrubs());
+    // Sides that were alike stay so. Sums say nothing of the losses of gear and bridge, which stay
+    // as they are.
+    let free_terms = FreeTerms::of(reference);
+    let places = FreeTerms { gear_loss: false, bridge_drop: false, ..free_terms }.places(core.scrubs());
     let shared = verdict::TORQUE.len() - usize::from(!core.scrubs());
-    let bounds = Bounds::up_to(core, all.summary.fastest_rad_s, robot.motor(), own);
+    let bounds = Bounds::up_to(core, all.summary.fastest_rad_s, robot.motor(), free_terms);
     let of = |local: &Local| {
         let (normal, score) = (local.matrix(), local.scores());
         let matrix = DMatrix::from_fn(places.len(), places.len(), |i, j| normal[(places[i], places[j])]);
@@ -151,8 +151,8 @@ fn found(
     Ok((torque(&values), covariance.view((0, 0), (shared, shared)).into_owned(), told))
 }
 
-/// Least squares within bounds: what would leave them is held at the end that it leaves by, and the
-/// others are solved for anew.
+/// Least squares within bounds. A parameter that would leave them is held at the bound it crosses,
+/// and the others are solved for anew.
 fn bounded(normal: &DMatrix<f64>, score: &DVector<f64>, ends: &[[f64; 2]]) -> DVector<f64> {
     let size = score.len();
     let mut held: Vec<Option<f64>> = vec![None; size];
@@ -161,19 +161,19 @@ fn bounded(normal: &DMatrix<f64>, score: &DVector<f64>, ends: &[[f64; 2]]) -> DV
         let fixed = DVector::from_fn(size, |i, _| held[i].unwrap_or(0.0));
         let right = score - normal * &fixed;
         let matrix = DMatrix::from_fn(free.len(), free.len(), |i, j| normal[(free[i], free[j])]);
-        let found = ScaledInverse::of(&matrix);
-        let solved = found.unscaled(&found.inverse) * DVector::from_fn(free.len(), |i, _| right[free[i]]);
+        let inverse = ScaledInverse::of(&matrix);
+        let solved = inverse.unscaled(&inverse.inverse) * DVector::from_fn(free.len(), |i, _| right[free[i]]);
         let mut step = fixed;
-        let mut left = false;
+        let mut newly_held = false;
         for (&place, value) in free.iter().zip(&solved) {
             let [low, high] = ends[place];
             step[place] = value.clamp(low, high);
             if step[place] != *value {
                 held[place] = Some(step[place]);
-                left = true;
+                newly_held = true;
             }
         }
-        if !left {
+        if !newly_held {
             return step;
         }
     }
@@ -188,12 +188,12 @@ fn covariance(
     rmse_w: f64,
 ) -> DMatrix<f64> {
     let size = step.len();
-    let found = ScaledInverse::of(normal);
-    let bread = found.unscaled(&found.inverse);
+    let inverse = ScaledInverse::of(normal);
+    let bread = inverse.unscaled(&inverse.inverse);
     let mut meat = DMatrix::zeros(size, size);
-    for (own, score) in runs {
-        let left = score - own * step;
-        meat.ger(1.0, &left, &left, 1.0);
+    for (matrix, score) in runs {
+        let residual = score - matrix * step;
+        meat.ger(1.0, &residual, &residual, 1.0);
     }
     let count = runs.len() as f64;
     let by_runs = &bread * meat * &bread * (count / (count - 1.0).max(1.0));

@@ -1,4 +1,4 @@
-//! What a run was, beside its sums.
+//! What a run was, besides its sums.
 
 use logs::Exclusions;
 use serde::{Deserialize, Serialize};

@@ -147,7 +147,7 @@ fn dataset(
     let form = fit::choose_form(context, robot, plain, &terms, files, reading.mass_kg, held_out)?;
     let core = plain.with_conditioning(form.conditioning);
     let mut train = Dataset::read(context, robot, core, files, reading)?;
-    train.own = form.own;
+    train.free_terms = form.free_terms;
     Ok(train)
 }
 
