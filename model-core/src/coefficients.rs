@@ -28,14 +28,14 @@
 //! | 140 + 12 N | 10 E | a column each: id, which, coefficient, shape |
 //!
 //! Where a torque model says more of the sides, of slip or of the delay ([`Conditioning`]), it is
-//! version 3: behind its 7 values stand these instead of zeros, and columns as in version 2, of
+//! version 3: after its 7 values stand these instead of zeros, and columns as in version 2, of
 //! which there may be none.
 //!
 //! | offset | what |
 //! |---|---|
 //! | 104 | imbalance of the sides, N·m |
 //! | 108, 112 | slip memory: slip at 1/√2 of the scrub, relaxation in rad of the wheel |
-//! | 116 | delay of the power behind the speeds, s |
+//! | 116 | delay of the power after the speeds, s |
 //! | 120 | loss of the gear by what passes it |
 //! | 124 | slip memory: difference of the sides that is hardly a turn, rad/s; 0 for the dead band |
 //! | 128 | drop of the bridge over the motor's constant, rad/s |
@@ -104,7 +104,7 @@ const SCRUBS: u8 = 1;
 const NO_MASS: u8 = 2;
 /// Flag: rolling resistance and scrub adapt.
 const ADAPTS: u8 = 4;
-/// Numbers behind a torque model's values that say more of it.
+/// Further numbers of a torque model, after its values.
 const TRAITS: usize = REGRESSORS - PARAMETERS;
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
@@ -233,25 +233,25 @@ pub enum DecodeError {
     NotAnImage,
     /// Another layout.
     Version {
-        /// The version found.
-        found: u16,
+        /// The version of the image.
+        version: u16,
     },
     /// The checksum does not match: a bit has flipped.
     Checksum,
     /// The model id is none of those known.
     UnknownModel {
-        /// The id found.
-        found: u8,
+        /// The id in the image.
+        id: u8,
     },
     /// An effect that this version does not know.
     UnknownEffect {
-        /// The id found.
-        found: u8,
+        /// The id in the image.
+        id: u8,
     },
     /// For a robot with another number of wheels.
     WheelCount {
-        /// The number found.
-        found: u8,
+        /// How many the image has.
+        count: u8,
     },
     /// A field holds what it cannot; its name.
     Field(&'static str),
@@ -330,7 +330,7 @@ impl Reader<'_> {
             let coefficient = self.number("effects")?;
             let shape: f32 = self.number("effects")?;
             let cause = Cause::decode(Encoded { id, which, shape });
-            let cause = cause.ok_or(DecodeError::UnknownEffect { found: id })?;
+            let cause = cause.ok_or(DecodeError::UnknownEffect { id })?;
             *place = Column { cause, coefficient };
         }
         Columns::new(list.get(..count).unwrap_or(&[]), wheels).map_err(|_| wrong)
@@ -453,7 +453,7 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
     /// Reads an image back.
     ///
     /// # Errors
-    /// The first thing that is wrong with it. Bytes behind the image's length are ignored: flash is
+    /// The first thing that is wrong with it. Bytes after the image's length are ignored: flash is
     /// longer.
     pub fn decode(bytes: &[u8]) -> Result<Self, DecodeError> {
         let mut reader = Reader(bytes);
@@ -462,7 +462,7 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
         }
         let version = reader.half_word()?;
         if !(VERSION..=VERSION_WITH_TRAITS).contains(&version) {
-            return Err(DecodeError::Version { found: version });
+            return Err(DecodeError::Version { version });
         }
         let length = usize::from(reader.half_word()?);
         let body_length = length.checked_sub(4).ok_or(DecodeError::Truncated)?;
@@ -473,7 +473,7 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
         }
         let [model, drive, wheels, flags] = reader.take::<4>()?;
         if usize::from(wheels) != N {
-            return Err(DecodeError::WheelCount { found: wheels });
+            return Err(DecodeError::WheelCount { count: wheels });
         }
         if version == VERSION && length != length_of(version, N, 0) {
             return Err(DecodeError::Truncated);
@@ -521,7 +521,7 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
                     TorqueModel { imbalance, gear_loss, bridge_drop, ..TorqueModel::from_array(parameters) };
                 Model::Signed { torque, drive }
             }
-            found => return Err(DecodeError::UnknownModel { found }),
+            id => return Err(DecodeError::UnknownModel { id }),
         };
         let [_, half_slip, relaxation, delay, _, rest, _, unknown] = traits;
         let slip = SlipMemory { half_slip, relaxation, rest };

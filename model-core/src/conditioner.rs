@@ -1,5 +1,4 @@
-//! From samples to motion: what is late is set beside what was early, speed and power pass one
-//! filter, slip builds up.
+//! From samples to motion: the delay is taken out, speed and power pass one filter, slip builds up.
 
 use crate::coefficients::Robot;
 use crate::delay::DelayLine;
@@ -63,7 +62,7 @@ pub struct Conditioner<T, const N: usize> {
     line: DelayLine<T, N>,
 }
 
-/// Steps beyond this many sample periods are gaps: the filter starts anew behind them.
+/// Steps longer than this many sample periods are gaps: the filter starts anew after them.
 pub const GAP_PERIODS: f64 = 5.0;
 
 impl<T: Real, const N: usize> Conditioner<T, N> {
@@ -120,9 +119,9 @@ impl<T: Real, const N: usize> Conditioner<T, N> {
         self.is_straight
     }
 
-    /// [`Self::push`], and how long the sample stands for, s: the time since the one before, but
-    /// behind a gap, which nobody measured, at most a longest step. With what a gyro says of the
-    /// same instant, true slip adds to the scrub. `STRAIGHT` leaves out what is not asked for where
+    /// [`Self::push`], and how long the sample stands for, s: the time since the one before, but at
+    /// most a longest step after a gap, which nobody measured. With a gyro's reading of the same
+    /// instant, true slip adds to the scrub. `STRAIGHT` leaves out what is not needed where
     /// [`Self::is_straight`] holds and there is no gyro.
     #[inline(always)]
     pub(crate) fn condition<const STRAIGHT: bool>(
@@ -138,14 +137,14 @@ impl<T: Real, const N: usize> Conditioner<T, N> {
             aligned = self.line.push(sample, elapsed);
             &aligned
         };
-        let nought = if STRAIGHT { sample.nought_of_readings() } else { sample.nought() };
+        let zero = if STRAIGHT { sample.zero_if_readings_finite() } else { sample.zero_if_finite() };
         let mut since = elapsed;
-        // One comparison for two questions: with what is no number it fails as well.
-        let follows = elapsed >= T::ZERO && elapsed + nought <= self.follows_within;
+        // One comparison for two questions: it also fails where a value is not finite.
+        let follows = elapsed >= T::ZERO && elapsed + zero <= self.follows_within;
         if !follows {
             self.waited += elapsed;
             self.follows_within = -T::ONE;
-            if nought != T::ZERO {
+            if zero != T::ZERO {
                 return None;
             }
             let is_gap = !(elapsed >= T::ZERO && self.waited <= self.longest_step);
@@ -194,8 +193,7 @@ impl<T: Real, const N: usize> Conditioner<T, N> {
         self.motion(speed, acceleration, since)
     }
 
-    /// The wheels at these filtered speeds, `since` s after the sample before; no number behind a
-    /// gap.
+    /// The wheels at these filtered speeds, `since` s after the sample before; NaN after a gap.
     #[inline(always)]
     fn motion(&mut self, speed: &[T; N], acceleration: &[T; N], since: T) -> Motion<T, N> {
         match self.mass_matrix.sides() {

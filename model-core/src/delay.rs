@@ -1,4 +1,4 @@
-//! Samples some time ago: what is late is set beside what was early.
+//! Samples some time ago: a late signal is aligned with the early one.
 
 use crate::real::Real;
 use crate::sample::Sample;
@@ -179,7 +179,7 @@ mod tests {
     /// A cubic leaves (3/128) h⁴ f'''' of a sine: 4 × 10⁻⁹ at 4 rad/s and 5 ms; steps that jitter
     /// by a tenth leave more.
     #[test]
-    fn what_is_late_is_set_beside_what_was_early() {
+    fn the_delay_aligns_power_and_speeds() {
         for (delay, jitter, tolerance) in [(0.0237, 0.0, 1e-8), (-0.0837, 0.0, 1e-8), (0.25, 0.0005, 1e-4)] {
             let mut line = DelayLine::new(delay, PERIOD, 5.0 * PERIOD).unwrap();
             let mut time = 0.0;
@@ -198,7 +198,7 @@ mod tests {
         }
     }
 
-    /// Behind a gap, and before the first sample, everything was as it is.
+    /// After a gap, and before the first sample, everything was as it is.
     #[test]
     fn starts_and_gaps_hold_what_there_is() {
         let mut line = DelayLine::new(0.05, PERIOD, 5.0 * PERIOD).unwrap();

@@ -17,7 +17,7 @@ pub use crate::sample::Sample;
 /// What is known after a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate<T, const N: usize> {
-    /// The sample behind the filter; `None` where it was not finite.
+    /// The sample after the filter; `None` where it was not finite.
     pub conditioned: Option<Conditioned<T, N>>,
     /// The total mass as of the last closed bucket.
     pub mass: MassEstimate<T>,
@@ -26,7 +26,7 @@ pub struct Estimate<T, const N: usize> {
     pub power: Option<T>,
     /// This sample closed a bucket, and with it a new estimate.
     pub closed: bool,
-    /// The payload is another since this many buckets: noticed now.
+    /// The payload changed this many buckets ago: detected now.
     pub changed: Option<usize>,
 }
 
@@ -55,7 +55,7 @@ where
     model: Model<T>,
     clamp: ClampMemory<T>,
     range: MassRange<T>,
-    /// Whether the coefficients tell masses apart.
+    /// Whether the coefficients distinguish masses.
     identifies_mass: bool,
     method: M,
     timeline: Timeline,
@@ -143,7 +143,7 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
     }
 
     /// [`Self::push`] with the coefficients' effects, [`crate::effects::live::Live`], and what is
-    /// measured beside speeds and power for those that need it.
+    /// measured besides speeds and power for those that need it.
     #[inline(always)]
     pub fn push_with<E: Additions<T, N> + ?Sized>(
         &mut self,
@@ -206,7 +206,7 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
     /// The payload is another from now on (Algorithm 2 with the change time known).
     pub fn payload_changed(&mut self) {
         self.restart(0);
-        // What it holds so far was carried by the payload before.
+        // Its samples so far are of the payload before.
         self.bucket = M::Sums::default();
         self.since_known = self.method.weighs_by_mass().then_some(0);
         self.learn(MassEstimate::Unknown(Unknown::NoSamples));
@@ -226,7 +226,7 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
         })
     }
 
-    /// An estimate by coefficients that tell masses apart.
+    /// An estimate by coefficients that distinguish masses.
     fn identified(&self, mass: MassEstimate<T>) -> MassEstimate<T> {
         if self.identifies_mass { mass } else { MassEstimate::Unknown(Unknown::NotIdentifiable) }
     }
@@ -249,7 +249,7 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
     }
 
     fn forget_surprises(&mut self) {
-        self.spread.part();
+        self.spread.forget_last();
         if let Some(detector) = &mut self.detector {
             detector.reset();
         }
@@ -263,7 +263,7 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
         if self.is_bucket_full() { self.close_more().or(changed) } else { changed }
     }
 
-    /// A gap closes empty buckets behind the one in hand, so that old samples leave the window;
+    /// A gap closes empty buckets after the one in hand, so that old samples leave the window;
     /// never more of them than the ring holds.
     #[cold]
     #[inline(never)]
@@ -281,9 +281,9 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
         changed
     }
 
-    /// What closing a bucket leaves to the sample behind it, so that no sample takes much longer
-    /// than the others: the books of the energy, and the sums of what stays in the window when the
-    /// next bucket closes.
+    /// Work that closing a bucket leaves to the next sample, so that no sample takes much longer
+    /// than the others: the sums of the energy, and of what stays in the window when the next
+    /// bucket closes.
     #[inline(never)]
     fn look_ahead(&mut self) {
         self.measured.add(self.bucket_measured, T::ONE);
@@ -317,7 +317,7 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
             self.learn(mass);
         }
         if changed.is_some() {
-            // What came since the change was weighed by what it leaves at the mass before.
+            // Samples since the change were weighed by their residuals at the mass before.
             self.since_known = self.method.weighs_by_mass().then_some(0);
         }
         self.ahead = None;
@@ -325,9 +325,9 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
         changed
     }
 
-    /// Samples that came while the mass was unknown could not be weighed by what they leave at it:
-    /// such buckets go once those that came later tell the mass alone, and that mass is the
-    /// estimate. `since` of these were closed before the last.
+    /// Samples could not be weighed by their residuals while the mass was unknown. Such buckets go
+    /// once later ones determine the mass alone, and that mass is the estimate. `since` of these
+    /// were closed before the last.
     #[cold]
     #[inline(never)]
     fn weigh_again(&mut self, since: usize) -> Option<MassEstimate<T>> {

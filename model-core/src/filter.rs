@@ -67,7 +67,7 @@ pub struct LowPass<T> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Steps<T> {
     sections: [Section<T>; 2],
-    /// Of the first-order section behind them.
+    /// Of the first-order section after them.
     a1: T,
     /// Of all sections together: what a sample is multiplied by as it comes in.
     gain: T,
@@ -98,7 +98,7 @@ struct Each<T, const N: usize> {
 /// The channels of a robot's wheels and of its power, read and written at once ([`crate::block`]).
 ///
 /// Their order is that in which a step lets go of them: what a number of one row becomes may take
-/// the register of the row behind, so that the step moves none.
+/// the register of the next row, so that the step moves none.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub struct Channels<T, const N: usize> {
@@ -178,7 +178,7 @@ impl<T: Real> LowPass<T> {
             // Tustin: D H = (2 k / T) (1 − H) for H = k (1 + z⁻¹) / ((k + 1) + (k − 1) z⁻¹) = g
             // (1 + z⁻¹) / (1 + a1 z⁻¹). With y the output of an input x / g, D y = (2 k / T) (x − g
             // y) / g, and with g = (1 + a1) / 2 that difference is half of (x − a1 y) − (y − x): of
-            // the section's state behind the sample and before it.
+            // the section's state after the sample and before it.
             rate: T::from_f64(k / period_s / last_gain),
         };
         Ok(Self {

@@ -31,7 +31,7 @@ pub struct Gyro<T> {
 }
 
 impl<T: Real> Gyro<T> {
-    /// For samples `period_s` apart whose power is `delay` (s) behind the speeds. `None` where the
+    /// For samples `period_s` apart whose power is `delay` (s) after the speeds. `None` where the
     /// robot has no true slip.
     ///
     /// # Errors
@@ -73,11 +73,11 @@ impl<T: Real> Gyro<T> {
         turn_rate: T,
         elapsed: T,
     ) -> (Sample<T, N>, Option<TrueTurn<T>>) {
-        // 0, or no number where anything is none.
-        let nought = sample.nought() + turn_rate * T::ZERO;
-        let sample = Sample { power: sample.power + nought, ..*sample };
-        let own = Sample { wheel_speed: [turn_rate], wheel_acceleration: None, power: sample.power };
-        let turn = self.channel.push(&own, elapsed).map(|now| {
+        // 0, or NaN where any value is not finite.
+        let zero = sample.zero_if_finite() + turn_rate * T::ZERO;
+        let sample = Sample { power: sample.power + zero, ..*sample };
+        let turn_sample = Sample { wheel_speed: [turn_rate], wheel_acceleration: None, power: sample.power };
+        let turn = self.channel.push(&turn_sample, elapsed).map(|now| {
             let [channel] = now.motion.wheels;
             TrueTurn { gain: self.gain, difference: self.difference_per_turn * channel.speed }
         });
@@ -114,7 +114,7 @@ impl<T: Real, const N: usize> GyroConditioner<T, N> {
     }
 }
 
-/// A gyro beside effects, or beside none: what an estimator needs for true slip.
+/// A gyro with or without effects: what an estimator needs for true slip.
 #[derive(Debug)]
 pub struct WithGyro<'a, E: ?Sized, T, const N: usize> {
     effects: &'a mut E,

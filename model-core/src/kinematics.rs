@@ -215,9 +215,9 @@ impl<T: Real, const N: usize> Sides<T, N> {
     pub fn rims(&self, wheel_speed: &[T; N], rest: T) -> Rims<T> {
         let (mut difference, mut sum) = (T::NOTHING, T::NOTHING);
         for ((side, weight), speed) in self.side.iter().zip(&self.weight).zip(wheel_speed) {
-            let part = *weight * *speed;
-            sum += part;
-            difference += *side * part;
+            let weighted = *weight * *speed;
+            sum += weighted;
+            difference += *side * weighted;
         }
         Rims { difference, mean: (sum * T::HALF).abs(), rest }
     }
@@ -290,10 +290,10 @@ impl<T: Real, const N: usize> MassMatrix<T, N> {
 }
 
 #[inline]
-fn dot<T: Real, const N: usize>(left: &[T; N], right: &[T; N]) -> T {
+fn dot<T: Real, const N: usize>(one: &[T; N], other: &[T; N]) -> T {
     let mut sum = T::NOTHING;
-    for (l, r) in left.iter().zip(right) {
-        sum += *l * *r;
+    for (a, b) in one.iter().zip(other) {
+        sum += *a * *b;
     }
     sum
 }

@@ -33,7 +33,7 @@ impl<T: Real, const N: usize> Motion<T, N> {
     /// From filtered speeds (rad/s) and accelerations (rad/s²).
     ///
     /// A wheel slower than `dead_band` (rad/s) is at rest: friction has no sign there, and its
-    /// power is taken as nought. Without the band the sign of friction follows the noise of a
+    /// power is taken as 0. Without the band the sign of friction follows the noise of a
     /// standing wheel, which biases the winding loss and Coulomb friction of a fit.
     ///
     /// The scrub follows the sign of the turn; where its memory is known, [`Self::with_scrub`]

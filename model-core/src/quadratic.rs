@@ -139,10 +139,10 @@ mod tests {
                 Roots::One(x) => Some(x).filter(inside),
                 Roots::Two(low, high) => Some(high).filter(inside).or(Some(low).filter(inside)),
             };
-            let found = root_within(a, b, c, reach);
+            let root = root_within(a, b, c, reach);
             let discriminant = b * b - 4.0 * a * c;
             let near_edge = |x: f64| (x.abs() - reach).abs() < 1e-9;
-            match (expected, found) {
+            match (expected, root) {
                 (Some(x), Some(y)) => prop_assert!((x - y).abs() < 1e-9 || near_edge(x) || near_edge(y)),
                 (Some(x), None) | (None, Some(x)) => prop_assert!(near_edge(x) || discriminant.abs() < 1e-9),
                 (None, None) => {}

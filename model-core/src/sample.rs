@@ -16,28 +16,28 @@ pub struct Sample<T, const N: usize> {
 impl<T: Real, const N: usize> Sample<T, N> {
     /// Every value is a finite number.
     pub fn is_finite(&self) -> bool {
-        self.nought() == T::ZERO
+        self.zero_if_finite() == T::ZERO
     }
 
-    /// 0 where every value is finite; otherwise no number, as zero times what is not finite is.
+    /// 0 where every value is finite, else NaN: zero times what is not finite is NaN.
     #[inline]
-    pub(crate) fn nought(&self) -> T {
-        let mut nought = self.nought_of_readings();
+    pub(crate) fn zero_if_finite(&self) -> T {
+        let mut zero = self.zero_if_readings_finite();
         if let Some(measured) = &self.wheel_acceleration {
             for acceleration in measured {
-                nought += *acceleration * T::ZERO;
+                zero += *acceleration * T::ZERO;
             }
         }
-        nought
+        zero
     }
 
-    /// The same of a sample whose accelerations are not measured.
+    /// The same without the accelerations.
     #[inline]
-    pub(crate) fn nought_of_readings(&self) -> T {
-        let mut nought = self.power * T::ZERO;
+    pub(crate) fn zero_if_readings_finite(&self) -> T {
+        let mut zero = self.power * T::ZERO;
         for speed in &self.wheel_speed {
-            nought += *speed * T::ZERO;
+            zero += *speed * T::ZERO;
         }
-        nought
+        zero
     }
 }

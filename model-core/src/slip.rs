@@ -123,7 +123,7 @@ impl<T: Real> Slip<T> {
     }
 }
 
-/// What a gyro says of one instant, behind the filter ([`crate::gyro`]).
+/// What a gyro says of one instant, after the filter ([`crate::gyro`]).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TrueTurn<T> {
     /// q: share of the scrub per true slip, s/rad.

@@ -22,11 +22,11 @@ const PERIOD: f64 = 0.01;
 const SIGMA: f64 = 0.03;
 
 fn robot() -> Coefficients<f64, 2> {
-    let found = coefficients();
+    let base = coefficients();
     Coefficients {
-        robot: Robot { cutoff_hz: 20.0, ..found.robot },
+        robot: Robot { cutoff_hz: 20.0, ..base.robot },
         noise: Noise { density: SIGMA * SIGMA * PERIOD, model_std: 0.0, tail: 1.0 },
-        ..found
+        ..base
     }
 }
 
@@ -109,7 +109,7 @@ fn another_floor_is_not_another_mass() {
         inside += covers;
         known += of;
         let worst = |masses: &[Option<Mass<f64>>]| {
-            masses.iter().flatten().map(|found| (found.mass / mass - 1.0).abs()).fold(0.0, f64::max)
+            masses.iter().flatten().map(|estimate| (estimate.mass / mass - 1.0).abs()).fold(0.0, f64::max)
         };
         let [with, without] = [&adapted, &fixed].map(|masses| worst(&masses[second.clone()]));
         assert!(with < 0.5 * without, "{mass}: {with} {without}");
@@ -136,10 +136,10 @@ fn at_a_told_mass_the_floor_adapts() {
             }
         }
         for (floor, truth) in [(0, servo().rolling), (1, servo().rolling + harder), (2, servo().rolling)] {
-            let [found, std] = rolling[(floor + 1) * FLOOR_S - 2];
+            let [believed, std] = rolling[(floor + 1) * FLOOR_S - 2];
             assert!(
-                (found - truth).abs() < 3.0 * std && std < 0.2 * harder,
-                "{floor}: {found} ± {std}, {truth}"
+                (believed - truth).abs() < 3.0 * std && std < 0.2 * harder,
+                "{floor}: {believed} ± {std}, {truth}"
             );
         }
         adaptive.payload_changed();
@@ -160,7 +160,7 @@ fn what_cannot_be_told_apart_is_not_claimed() {
     assert!(adapted.iter().flatten().all(|mass| mass.high - mass.low > 1.0));
 }
 
-/// A mass before the gap, another behind it: what is known right behind it, and then at the end of
+/// A mass before the gap, another after it: what is known right after it, and then at the end of
 /// every second.
 fn across<T: Real>(gap: f64, harder: f64) -> (Option<Mass<f64>>, Vec<Option<Mass<f64>>>) {
     let robot: Coefficients<T, 2> = robot().convert().unwrap();
@@ -172,11 +172,11 @@ fn across<T: Real>(gap: f64, harder: f64) -> (Option<Mass<f64>>, Vec<Option<Mass
         if i == 6000 {
             drive.mass = 5.0;
         }
-        let found = drive.sample(f64::from(i) * PERIOD);
+        let measured = drive.sample(f64::from(i) * PERIOD);
         let sample = Sample {
-            wheel_speed: found.wheel_speed.map(T::from_f64),
+            wheel_speed: measured.wheel_speed.map(T::from_f64),
             wheel_acceleration: None,
-            power: T::from_f64(found.power),
+            power: T::from_f64(measured.power),
         };
         let elapsed = if i == 6000 { gap } else { PERIOD };
         let estimate = adaptive.push(&sample, T::from_f64(elapsed));
@@ -204,9 +204,9 @@ fn a_gap_forgets_the_mass() {
         let mut width = 0.0;
         for gap in [1.0, 5.0, 12.0, 20.0] {
             let (at_once, _) = across::<T>(gap, 0.0);
-            let found = at_once.unwrap().high - at_once.unwrap().low;
-            assert!(found > width, "{gap} s: {found} after {width}");
-            width = found;
+            let spread = at_once.unwrap().high - at_once.unwrap().low;
+            assert!(spread > width, "{gap} s: {spread} after {width}");
+            width = spread;
         }
         for gap in [25.5, 26.3, 60.0, 600.0, 3600.0, 86_400.0, 1e9, f64::from(f32::MAX)] {
             let (at_once, later) = across::<T>(gap, 0.0);
@@ -222,7 +222,7 @@ fn a_gap_forgets_the_mass() {
     check::<f32>();
 }
 
-/// Samples that are no numbers are a gap as well; and of the ground no more is known behind an hour
+/// Samples that are no numbers are a gap as well; and of the ground no more is known after an hour
 /// than at the start.
 #[test]
 fn a_gap_forgets_the_ground_and_may_hold_samples() {
@@ -265,9 +265,9 @@ fn worst<T: Real>() -> f64 {
         }
         belief.take(&evidence);
         let covariance = belief.covariance();
-        let found = [belief.state().to_vec(), covariance.as_flattened().to_vec()].concat();
-        for (found, expected) in found.iter().zip(&cells[13..]) {
-            worst = worst.max((found.to_f64() - expected).abs());
+        let believed = [belief.state().to_vec(), covariance.as_flattened().to_vec()].concat();
+        for (believed, expected) in believed.iter().zip(&cells[13..]) {
+            worst = worst.max((believed.to_f64() - expected).abs());
         }
     }
     worst

@@ -1,6 +1,6 @@
 //! Law: a robot that brakes hard, its wheels clamped, has the mass that it has.
 //!
-//! Its power is made of the speeds as they are; the estimator sees both behind its filter, where
+//! Its power is made of the speeds as they are; the estimator sees both after its filter, where
 //! the clamp is smeared.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "tests")]
 
@@ -17,8 +17,8 @@ const PERIOD: f64 = 0.005;
 const SECONDS: usize = 60;
 
 fn robot() -> Coefficients<f64, 2> {
-    let found = coefficients();
-    Coefficients { robot: Robot { cutoff_hz: 4.0, ..found.robot }, ..found }
+    let base = coefficients();
+    Coefficients { robot: Robot { cutoff_hz: 4.0, ..base.robot }, ..base }
 }
 
 /// Forward and back by turns, at other speeds each time: ramps of 0.3 s, then 0.4 to 0.9 s as fast
@@ -57,7 +57,7 @@ fn error(mass: f64, mut estimator: Estimator<f64, Window<f64>, 2, 32>) -> f64 {
     sum / count
 }
 
-/// Within 2.5 %; where samples behind a clamp count, 4 to 9 % are missing.
+/// Within 2.5 %; where samples after a clamp count, 4 to 9 % are missing.
 #[test]
 fn hard_braking_costs_no_mass() {
     let timing = Timing {
@@ -69,7 +69,7 @@ fn hard_braking_costs_no_mass() {
     let method = robot().window(PERIOD);
     for mass in [1.5, 3.0, 5.0] {
         let estimator = Estimator::<f64, _, 2, 32>::new(&robot(), method, &timing).unwrap();
-        let found = error(mass, estimator);
-        assert!(found.abs() < 0.025 * mass, "{mass} {found}");
+        let error = error(mass, estimator);
+        assert!(error.abs() < 0.025 * mass, "{mass} {error}");
     }
 }

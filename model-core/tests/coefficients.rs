@@ -104,7 +104,7 @@ fn assert_round_trip<const N: usize>(single: &Coefficients<f32, N>) -> Result<()
     prop_assert!(image.as_bytes().len() <= LONGEST_IMAGE);
     prop_assert_eq!(image.as_bytes().len(), 140 + 12 * N);
     prop_assert_eq!(&Coefficients::decode(image.as_bytes()).unwrap(), single);
-    // Flash behind the image is erased, not part of it.
+    // Flash after the image is erased, not part of it.
     let mut flash = image.as_bytes().to_vec();
     flash.extend([0xff; 100]);
     prop_assert_eq!(&Coefficients::decode(&flash).unwrap(), single);
@@ -136,14 +136,14 @@ proptest! {
     #[test]
     fn any_fields_are_no_panic(fields in proptest::array::uniform::<_, 144>(any::<u8>())) {
         let bytes = forged(|bytes| bytes[8..152].copy_from_slice(&fields));
-        if let Ok(found) = Two::decode(&bytes) {
-            prop_assert!(found.model.is_sound());
+        if let Ok(decoded) = Two::decode(&bytes) {
+            prop_assert!(decoded.model.is_sound());
         }
         let mut bytes = bytes;
         bytes[10] = 2;
         let bytes = forged(|forged| forged[8..152].copy_from_slice(&bytes[8..152]));
-        if let Ok(found) = Two::decode(&bytes) {
-            prop_assert!(found.model.is_sound() && found.robot.cutoff_hz > 0.0);
+        if let Ok(decoded) = Two::decode(&bytes) {
+            prop_assert!(decoded.model.is_sound() && decoded.robot.cutoff_hz > 0.0);
         }
     }
 
@@ -165,7 +165,7 @@ fn every_flipped_bit_is_noticed() {
         let mut bad = good.clone();
         bad[bit / 8] ^= 1 << (bit % 8);
         assert!(Two::decode(&bad).is_err(), "bit {bit}");
-        // In flash, where the image's length may point behind it.
+        // In flash, where the image's length may point past its end.
         bad.extend([0xff; 70_000]);
         assert!(Two::decode(&bad).is_err(), "bit {bit} in flash");
     }
@@ -176,7 +176,7 @@ fn every_truncation_is_noticed() {
     let good = bytes();
     for length in 0..good.len() {
         assert_eq!(Two::decode(&good[..length]), Err(DecodeError::Truncated), "{length}");
-        // Cut in flash: zeros or ones behind it.
+        // Cut in flash: zeros or ones after it.
         for fill in [0x00, 0xff] {
             let mut cut = good[..length].to_vec();
             cut.resize(good.len(), fill);
@@ -189,12 +189,12 @@ fn every_truncation_is_noticed() {
 #[test]
 fn what_is_wrong_is_named() {
     assert_eq!(Two::decode(b"GMRX and more"), Err(DecodeError::NotAnImage));
-    assert_eq!(Two::decode(&forged(|b| b[4] = 9)), Err(DecodeError::Version { found: 9 }));
+    assert_eq!(Two::decode(&forged(|b| b[4] = 9)), Err(DecodeError::Version { version: 9 }));
     assert_ne!(VERSION, 9);
-    assert_eq!(Two::decode(&forged(|b| b[8] = 7)), Err(DecodeError::UnknownModel { found: 7 }));
+    assert_eq!(Two::decode(&forged(|b| b[8] = 7)), Err(DecodeError::UnknownModel { id: 7 }));
     assert_eq!(Two::decode(&forged(|b| b[9] = 2)), Err(DecodeError::Field("drive")));
-    assert_eq!(Two::decode(&forged(|b| b[10] = 5)), Err(DecodeError::WheelCount { found: 5 }));
-    assert_eq!(Coefficients::<f64, 4>::decode(&bytes()), Err(DecodeError::WheelCount { found: 2 }));
+    assert_eq!(Two::decode(&forged(|b| b[10] = 5)), Err(DecodeError::WheelCount { count: 5 }));
+    assert_eq!(Coefficients::<f64, 4>::decode(&bytes()), Err(DecodeError::WheelCount { count: 2 }));
     let mut bad = bytes();
     bad[60] ^= 0x10;
     assert_eq!(Two::decode(&bad), Err(DecodeError::Checksum));
@@ -217,15 +217,15 @@ fn impossible_numbers_are_refused() {
     ];
     for (offset, name, values) in fields {
         for value in values.iter().chain(&[f32::NAN, f32::INFINITY, f32::NEG_INFINITY]) {
-            let found = Two::decode(&with_number(offset, *value));
-            assert_eq!(found, Err(DecodeError::Field(name)), "{value} at {offset}");
+            let decoded = Two::decode(&with_number(offset, *value));
+            assert_eq!(decoded, Err(DecodeError::Field(name)), "{value} at {offset}");
         }
     }
     for coefficient in 0..PARAMETERS {
         for value in [-1e-6, f32::NAN, f32::INFINITY] {
-            let found = Two::decode(&with_number(76 + 4 * coefficient, value));
+            let decoded = Two::decode(&with_number(76 + 4 * coefficient, value));
             assert_eq!(
-                found,
+                decoded,
                 Err(DecodeError::Field("coefficients")),
                 "{value} as coefficient {coefficient}"
             );
@@ -274,8 +274,8 @@ fn what_no_board_could_run_does_not_come_back() {
 
 #[test]
 fn names_that_are_no_text_are_empty() {
-    let found = Two::decode(&forged(|bytes| bytes[12..36].fill(0xff))).unwrap();
-    assert_eq!(found.robot.name.as_str(), "");
+    let decoded = Two::decode(&forged(|bytes| bytes[12..36].fill(0xff))).unwrap();
+    assert_eq!(decoded.robot.name.as_str(), "");
     assert_eq!(Name::new("Burger").as_str(), "Burger");
     assert_eq!(Name::new("").as_str(), "");
     // 23 bytes and a character of two.
@@ -385,19 +385,19 @@ fn the_longest_image_fits_the_upload_window() {
 }
 
 fn with_traits(columns: &[Column<f32>]) -> Coefficients<f32, 2> {
-    let found = with_columns::<2>(columns);
-    let Model::Signed { torque, drive } = found.model else { panic!("signed") };
+    let base = with_columns::<2>(columns);
+    let Model::Signed { torque, drive } = base.model else { panic!("signed") };
     let slip = SlipMemory { half_slip: 0.126, relaxation: 1.79, rest: 0.03 };
     Coefficients {
         robot: Robot {
             conditioning: Conditioning { slip, delay: -0.25, ..Conditioning::PLAIN },
-            ..found.robot
+            ..base.robot
         },
         model: Model::Signed {
             torque: TorqueModel { imbalance: -0.02, gear_loss: 0.09, bridge_drop: 0.2, ..torque },
             drive,
         },
-        ..found
+        ..base
     }
 }
 
@@ -406,9 +406,9 @@ fn with_traits(columns: &[Column<f32>]) -> Coefficients<f32, 2> {
 #[test]
 fn every_trait_comes_back() {
     let all = with_traits(&[]);
-    let with = |slip, delay, own| {
+    let with = |slip, delay, has_traits| {
         let Model::Signed { torque, drive } = all.model else { panic!("signed") };
-        let torque = if own { torque } else { TorqueModel::from_array(torque.to_array()) };
+        let torque = if has_traits { torque } else { TorqueModel::from_array(torque.to_array()) };
         Coefficients {
             robot: Robot { conditioning: Conditioning { slip, delay, ..Conditioning::PLAIN }, ..all.robot },
             model: Model::Signed { torque, drive },
@@ -530,8 +530,8 @@ fn effects_that_are_wrong_are_named() {
     };
     // Columns begin at 136 + 24: their number, three zeros, then ten bytes each.
     assert!(forged(&|_| ()).is_ok());
-    assert_eq!(forged(&|b| b[164] = 77), Err(DecodeError::UnknownEffect { found: 77 }));
-    assert_eq!(forged(&|b| b[165] = 1), Err(DecodeError::UnknownEffect { found: 8 }));
+    assert_eq!(forged(&|b| b[164] = 77), Err(DecodeError::UnknownEffect { id: 77 }));
+    assert_eq!(forged(&|b| b[165] = 1), Err(DecodeError::UnknownEffect { id: 8 }));
     for count in [0, 5, 255] {
         assert_eq!(forged(&|b| b[160] = count), Err(DecodeError::Field("effects")));
     }

@@ -180,16 +180,16 @@ fn late_power_is_set_beside_its_speeds() {
                 Sample { wheel_speed: [left, right], wheel_acceleration: None, power }
             };
             let elapsed = if i == 1200 { 9.0 } else { PERIOD };
-            let found = late.push(&of(time, time - delay), elapsed).unwrap();
+            let aligned = late.push(&of(time, time - delay), elapsed).unwrap();
             let then = time - delay.max(0.0);
             let expected = plain.push(&of(then, then.min(time - delay)), elapsed).unwrap();
             // What was before the first sample and before the gap is not known to the one that has
             // to wait.
             let is_known = |from: i32| i > from + 1000 && (from > 0 || i < 1200);
             if is_known(0) || is_known(1200) {
-                let error = (found.power - expected.power).abs();
+                let error = (aligned.power - expected.power).abs();
                 assert!(error < 1e-6, "{delay} {i}: {error}");
-                for (one, other) in found.motion.wheels.iter().zip(&expected.motion.wheels) {
+                for (one, other) in aligned.motion.wheels.iter().zip(&expected.motion.wheels) {
                     assert!((one.speed - other.speed).abs() < 1e-6, "{delay} {i}");
                     assert!((one.acceleration - other.acceleration).abs() < 1e-4, "{delay} {i}");
                 }

@@ -40,7 +40,7 @@ struct Coverage {
 }
 
 /// `beyond` standard deviations of a sample count linearly.
-fn coverage(correlation: f64, seconds: usize, stated_over_true: f64, beyond: f64) -> Coverage {
+fn coverage(correlation: f64, seconds: usize, stated_over_true: f64, threshold: f64) -> Coverage {
     let range = range();
     let (mut inside, mut known) = (0, 0);
     let (mut squares, mut width) = (0.0, 0.0);
@@ -57,7 +57,7 @@ fn coverage(correlation: f64, seconds: usize, stated_over_true: f64, beyond: f64
                 tail: 1.0,
             },
             period: PERIOD,
-            linear_beyond: beyond * sigma,
+            linear_beyond: threshold * sigma,
         };
         let mass = rng.uniform(1.0, 6.0);
         let start = rng.uniform(0.0, 7.3);
@@ -68,7 +68,7 @@ fn coverage(correlation: f64, seconds: usize, stated_over_true: f64, beyond: f64
                 (1.0 + b * (mass - range.middle()) + sigma * noise.step(&mut rng), response)
             })
             .collect();
-        let found_from = |known: f64| {
+        let estimate_from = |known: f64| {
             let mut buckets = vec![Sums::default(); seconds];
             for (i, (power, response)) in samples.iter().enumerate() {
                 window.add(&mut buckets[i / PER_BUCKET], *power, response, 1.0, known);
@@ -76,15 +76,15 @@ fn coverage(correlation: f64, seconds: usize, stated_over_true: f64, beyond: f64
             window.estimate(buckets.iter())
         };
         // All squared, then weighed by what that leaves.
-        let mut found = found_from(f64::NAN);
-        if let Some(first) = found.best().filter(|_| beyond.is_finite()) {
-            found = found_from(first - range.middle());
+        let mut estimate = estimate_from(f64::NAN);
+        if let Some(first) = estimate.best().filter(|_| threshold.is_finite()) {
+            estimate = estimate_from(first - range.middle());
         }
-        if let MassEstimate::Known(found) = found {
+        if let MassEstimate::Known(estimate) = estimate {
             known += 1;
-            inside += usize::from(found.low <= mass && mass <= found.high);
-            squares += (found.mass - mass).powi(2);
-            width += (found.high - found.low) / 2.0;
+            inside += usize::from(estimate.low <= mass && mass <= estimate.high);
+            squares += (estimate.mass - mass).powi(2);
+            width += (estimate.high - estimate.low) / 2.0;
         }
     }
     let known_f = known as f64;
@@ -101,14 +101,14 @@ fn check(stated_over_true: f64, bounds: impl Fn(usize, f64) -> (f64, f64)) {
     let mut wrong = String::new();
     for seconds in [5, 10, 25, 60, 300] {
         for correlation in [0.0, 0.05, 0.2, 0.5, 1.0, 2.0, 4.0] {
-            let found = coverage(correlation, seconds, stated_over_true, f64::INFINITY);
+            let coverage = coverage(correlation, seconds, stated_over_true, f64::INFINITY);
             let (least, most) = bounds(seconds, correlation);
             let line = format!(
                 "{seconds:3} s, correlation {correlation:4.2} s: {:.3} inside, {:.3} unknown, ±{:.2} σ\n",
-                found.inside, found.unknown, found.width
+                coverage.inside, coverage.unknown, coverage.width
             );
             print!("{line}");
-            if found.inside < least || found.inside > most || found.unknown > 0.02 {
+            if coverage.inside < least || coverage.inside > most || coverage.unknown > 0.02 {
                 wrong += &line;
             }
         }

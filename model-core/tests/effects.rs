@@ -97,9 +97,9 @@ proptest! {
             (Term::WarmUp(1e12), TorqueModel { viscous: base.viscous + size, ..base }),
         ];
         for (term, other) in pairs {
-            let (found, expected) = (power(base, &[effect(term, size)], &motion), power(other, &[], &motion));
+            let (drawn, expected) = (power(base, &[effect(term, size)], &motion), power(other, &[], &motion));
             // A dozen operations on sums whose parts may cancel in the torque.
-            prop_assert!(close(found, expected, expected.abs().max(1.0), 1e-9), "{:?} {} {}", term, found, expected);
+            prop_assert!(close(drawn, expected, expected.abs().max(1.0), 1e-9), "{:?} {} {}", term, drawn, expected);
         }
     }
 }
@@ -142,9 +142,9 @@ proptest! {
             let scene_of = |mass| Scene { mass, ..scene() };
             let answer = |at: f64| extended.response_and_power(&motion, &scene_of(in_hand), &range(), at - range().middle());
             let exact = |mass| extended.power(&motion, &scene_of(mass));
-            let (response, found) = answer(in_hand);
-            prop_assert!(close(found, exact(in_hand), found.abs().max(1.0), 1e-9), "{:?} {}", term, found);
-            let (_, found) = answer(mass);
+            let (response, answered) = answer(in_hand);
+            prop_assert!(close(answered, exact(in_hand), answered.abs().max(1.0), 1e-9), "{:?} {}", term, answered);
+            let (_, answered) = answer(mass);
             // What the motor gives the gear may turn between the two masses: the share of it keeps
             // the direction of the one in hand.
             let given = |wheel: &Wheel<f64>, mass| servo().torque(wheel, mass) - servo().rotor_inertia * wheel.acceleration;
@@ -152,7 +152,7 @@ proptest! {
                 continue;
             }
             if term != Term::GearLoad {
-                prop_assert!(close(found, exact(mass), found.abs().max(1.0), 1e-9), "{:?} {}", term, found);
+                prop_assert!(close(answered, exact(mass), answered.abs().max(1.0), 1e-9), "{:?} {}", term, answered);
             } else if !response.may_clamp {
                 // The tangent is short by c load² (m − m₀)² of torque, which the winding loss sees
                 // as well: τ between the two.
@@ -164,7 +164,7 @@ proptest! {
                     let most = torque.torque(wheel, mass).abs() + size(term) * (load * mass).powi(2) + short;
                     bound += short * (wheel.speed.abs() + 2.0 * torque.winding_loss * most);
                 }
-                prop_assert!((found - exact(mass)).abs() <= bound + 1e-9, "{} {}: {}", found, exact(mass), bound);
+                prop_assert!((answered - exact(mass)).abs() <= bound + 1e-9, "{} {}: {}", answered, exact(mass), bound);
             }
         }
     }
@@ -177,8 +177,8 @@ proptest! {
         let effects = pairs.map(|(term, coefficient)| effect(term, coefficient));
         let (with, without) = (extended(&effects), extended(&[]));
         let (measured, drawn) = (with.power(&motion, &scene()), without.power(&motion, &scene()));
-        let found = with.drawn_of(measured, &scene());
-        prop_assert!(close(found, drawn, drawn.max(1.0), 1e-9), "{} {}", found, drawn);
+        let inverted = with.drawn_of(measured, &scene());
+        prop_assert!(close(inverted, drawn, drawn.max(1.0), 1e-9), "{} {}", inverted, drawn);
         prop_assert!(with.drawn_of(-1e6, &scene()).is_finite());
     }
 
@@ -238,8 +238,8 @@ fn each_term_is_what_a_calculation_by_hand_gives() {
         (Term::Driver, 0.01, 0.5),
     ];
     for (term, coefficient, expected) in cases {
-        let found = power(torque, &[effect(term, coefficient)], &cruise) - alone;
-        assert!((found - expected).abs() < 1e-12, "{term:?}: {found} {expected}");
+        let drawn = power(torque, &[effect(term, coefficient)], &cruise) - alone;
+        assert!((drawn - expected).abs() < 1e-12, "{term:?}: {drawn} {expected}");
     }
 }
 
@@ -297,12 +297,12 @@ fn a_share_of_braking_power_returns() {
 fn a_robot_at_rest_feels_the_supply_only() {
     let rest = Motion { wheels: [Wheel::default(); 2] };
     for term in all_terms() {
-        let found = power(servo(), &[effect(term, 0.1)], &rest);
+        let drawn = power(servo(), &[effect(term, 0.1)], &rest);
         let expected = match term {
             Term::Constant | Term::StepAt(_) | Term::WithMotion(_) => 0.1,
             Term::Driver => 5.0,
             _ => 0.0,
         };
-        assert!((found - expected).abs() < 1e-12, "{term:?}: {found}");
+        assert!((drawn - expected).abs() < 1e-12, "{term:?}: {drawn}");
     }
 }

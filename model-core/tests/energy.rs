@@ -36,8 +36,8 @@ proptest! {
             expected += f64::from(power) * f64::from(duration);
             sizes += f64::from(power.abs()) * f64::from(duration);
         }
-        let found = f64::from(energy.joules());
-        prop_assert!((found - expected).abs() <= 4.0 * f64::from(f32::EPSILON) * sizes, "{} {}", found, expected);
+        let joules = f64::from(energy.joules());
+        prop_assert!((joules - expected).abs() <= 4.0 * f64::from(f32::EPSILON) * sizes, "{} {}", joules, expected);
     }
 
     /// It does not fall while power is drawn, and is never lost, whatever comes.

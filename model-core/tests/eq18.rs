@@ -117,8 +117,8 @@ proptest! {
     #[test]
     fn corrected_is_the_squared_torque(p in torque_model(), motion in motion(), mass in 0.1..50.0_f64) {
         let expected = gated_power(&p, &motion.wheels, mass);
-        let found = regress(Gate::Corrected, &beta(&p), &motion, mass);
-        prop_assert!(close(found, expected, scale(&p, &motion, mass), ROUNDING), "{} {}", found, expected);
+        let power = regress(Gate::Corrected, &beta(&p), &motion, mass);
+        prop_assert!(close(power, expected, scale(&p, &motion, mass), ROUNDING), "{} {}", power, expected);
     }
 
     /// The print has one a² more a wheel, and (2 + r) K² m where m² (1 + r) K² belongs: nothing
@@ -126,14 +126,14 @@ proptest! {
     #[test]
     fn published_differs_by_its_two_misprints(p in torque_model(), motion in motion(), mass in 0.1..50.0_f64) {
         let beta = beta(&p);
-        let found = regress(Gate::Published, &beta, &motion, mass) - regress(Gate::Corrected, &beta, &motion, mass);
+        let difference = regress(Gate::Published, &beta, &motion, mass) - regress(Gate::Corrected, &beta, &motion, mass);
         let expected: f64 = motion.wheels.iter().map(|wheel| {
             let r = sgn(wheel.inertial_torque * wheel.speed);
             let k_squared = wheel.inertial_torque.powi(2);
             beta[4] * wheel.acceleration.powi(2) + beta[5] * k_squared * (mass * (2.0 + r) - mass * mass * (1.0 + r))
         }).sum();
         let scale = scale(&p, &motion, mass) * (1.0 + 1.0 / mass);
-        prop_assert!(close(found, expected, scale, 2.0 * ROUNDING), "{} {}", found, expected);
+        prop_assert!(close(difference, expected, scale, 2.0 * ROUNDING), "{} {}", difference, expected);
     }
 
     /// Eq. 18 term by term, with the signs of products; the corrected gate has all of them but the
@@ -143,11 +143,11 @@ proptest! {
         let printed: Vec<[f64; REGRESSORS]> =
             motion.wheels.iter().map(|wheel| printed(wheel, mass)).collect();
         for gate in [Gate::Published, Gate::Corrected] {
-            let found = eq18::regressors(gate, &eq18::products(gate, &motion), mass);
+            let regressors = eq18::regressors(gate, &eq18::products(gate, &motion), mass);
             for j in (0..REGRESSORS).filter(|j| gate == Gate::Published || ![4, 5].contains(j)) {
                 let expected: f64 = printed.iter().map(|wheel| wheel[j]).sum();
                 let scale: f64 = printed.iter().map(|wheel| wheel[j].abs()).sum();
-                prop_assert!(close(found[j], expected, scale, ROUNDING), "{} {} {}", j, found[j], expected);
+                prop_assert!(close(regressors[j], expected, scale, ROUNDING), "{} {} {}", j, regressors[j], expected);
             }
         }
     }
@@ -189,8 +189,8 @@ proptest! {
         }).sum();
         let direct: f64 = motion.wheels.iter().map(|wheel| p.wheel_power(wheel, mass)).sum();
         prop_assert!(close(direct, expected, scale(&p, &motion, mass), ROUNDING), "{} {}", direct, expected);
-        let found = regress(Gate::Signed, &p.expand(), &motion, mass);
-        prop_assert!(close(found, expected, scale(&p, &motion, mass), ROUNDING), "{} {}", found, expected);
+        let power = regress(Gate::Signed, &p.expand(), &motion, mass);
+        prop_assert!(close(power, expected, scale(&p, &motion, mass), ROUNDING), "{} {}", power, expected);
     }
 }
 

@@ -27,13 +27,13 @@ const SIGMA: f64 = 0.03;
 type Pipeline = Estimator<f64, Window<f64>, 2, RING>;
 
 fn robot() -> Coefficients<f64, 2> {
-    let found = coefficients();
+    let base = coefficients();
     // Little delay, so that P(filtered speed) and filtered P(speed) are the same to a mW.
-    let robot = Robot { cutoff_hz: 20.0, ..found.robot };
+    let robot = Robot { cutoff_hz: 20.0, ..base.robot };
     Coefficients {
         robot,
         noise: Noise { density: SIGMA * SIGMA * PERIOD, model_std: 0.0, tail: 1.0 },
-        ..found
+        ..base
     }
 }
 
@@ -154,15 +154,15 @@ fn what_is_beyond_the_noise_hardly_moves_the_mass() {
     let masses = |method: Window<f64>| -> Vec<f64> {
         let mut pipeline: Pipeline = Estimator::new(&robot(), method, &timing).unwrap();
         let mut driver = Driver::new(3);
-        let mut found = vec![];
+        let mut masses = vec![];
         for i in 0..5 * PER_BUCKET {
             let mut sample = driver.sample(3.3);
             sample.power += if i % 50 == 49 { 2.0 } else { 0.0 };
             let out = pipeline.push(&sample, PERIOD);
-            found.extend(out.closed.then(|| mass(&out.mass)));
+            masses.extend(out.closed.then(|| mass(&out.mass)));
         }
-        assert_eq!(pipeline.over_latest(5).map(|of| mass(&of)), found.last().copied());
-        found
+        assert_eq!(pipeline.over_latest(5).map(|of| mass(&of)), masses.last().copied());
+        masses
     };
     let [squared, robust] = [method(), robot().window(PERIOD)].map(masses);
     assert_eq!(squared[0], robust[0]);
@@ -209,12 +209,12 @@ fn cumulative_beyond_the_ring_is_the_plain_sum() {
     let mut narrowing = f64::INFINITY;
     for (i, out) in outputs.iter().enumerate() {
         let plain = method().estimate(buckets[..=i].iter());
-        let (found, expected) = (out.mass.known().unwrap(), plain.known().unwrap());
+        let (estimate, expected) = (out.mass.known().unwrap(), plain.known().unwrap());
         // The same sums in another order: some hundred roundings.
-        assert!((found.mass - expected.mass).abs() < 1e-10, "bucket {i}: {found:?} {expected:?}");
+        assert!((estimate.mass - expected.mass).abs() < 1e-10, "bucket {i}: {estimate:?} {expected:?}");
         if i % 25 == 24 {
-            assert!(found.high - found.low < narrowing, "bucket {i}");
-            narrowing = found.high - found.low;
+            assert!(estimate.high - estimate.low < narrowing, "bucket {i}");
+            narrowing = estimate.high - estimate.low;
         }
     }
     assert!((mass(&outputs[99].mass) - 4.4).abs() < 0.03);
@@ -359,9 +359,9 @@ fn noise_beyond_the_fits_widens_intervals_and_is_no_change() {
             let last = last.unwrap();
             alarms += usize::from(last.changed.is_some());
             // Windows that share no bucket.
-            if let (19 | 39 | 59, Some(found)) = (bucket, last.mass.known()) {
+            if let (19 | 39 | 59, Some(estimate)) = (bucket, last.mass.known()) {
                 known += 1;
-                inside += usize::from(found.low <= 3.0 && 3.0 <= found.high);
+                inside += usize::from(estimate.low <= 3.0 && 3.0 <= estimate.high);
             }
         }
     }
@@ -383,10 +383,10 @@ fn masses_beyond_the_range_are_told() {
         let mut pipeline = pipeline(Schedule::Moving { window: 25 }, true);
         let outputs = Driver::new(77).run(&mut pipeline, truth, 60);
         for out in &outputs[26..] {
-            let MassEstimate::Beyond(Beyond { place: found, mass, best }) = out.mass else {
+            let MassEstimate::Beyond(Beyond { place: side, mass, best }) = out.mass else {
                 panic!("{truth}: {:?}", out.mass)
             };
-            assert_eq!((found, mass.mass), (place, end), "{truth}");
+            assert_eq!((side, mass.mass), (place, end), "{truth}");
             assert!((best - truth).abs() < 0.1_f64.max(0.03 * truth), "{truth}: {best}");
             assert!(
                 mass.low.min(end) <= truth.min(end) + 0.05 && truth.max(end) - 0.3 <= mass.high,
@@ -507,11 +507,11 @@ fn energy_is_the_integral_of_the_power() {
             predicted += out.power.unwrap_or(0.0).max(0.0) * PERIOD;
         }
     }
-    let (found_measured, found_predicted) = pipeline.energy();
-    assert!((found_measured - measured).abs() < 1e-9 * measured, "{found_measured} {measured}");
-    assert!((found_predicted - predicted).abs() < 1e-9 * predicted, "{found_predicted} {predicted}");
+    let (measured_j, predicted_j) = pipeline.energy();
+    assert!((measured_j - measured).abs() < 1e-9 * measured, "{measured_j} {measured}");
+    assert!((predicted_j - predicted).abs() < 1e-9 * predicted, "{predicted_j} {predicted}");
     // Nothing is predicted in the first second of the 60, in which the mass is unknown.
-    assert!((found_predicted / found_measured - 59.0 / 60.0).abs() < 0.01);
+    assert!((predicted_j / measured_j - 59.0 / 60.0).abs() < 0.01);
 }
 
 /// Where drives return braking power, energy is what the battery gives less what it takes; where
@@ -554,8 +554,8 @@ fn energy_is_net_where_drives_return_power() {
             braked += now.power.min(0.0) * PERIOD;
         }
         assert!(braked < -1.0, "{braked}");
-        let (found, _) = pipeline.energy();
-        assert!((found / measured - 1.0).abs() < 1e-9, "{drive:?} {is_net}: {found} {measured}");
+        let (joules, _) = pipeline.energy();
+        assert!((joules / measured - 1.0).abs() < 1e-9, "{drive:?} {is_net}: {joules} {measured}");
         if let Some(adaptive) = adaptive {
             assert!((adaptive.energy().0 / measured - 1.0).abs() < 1e-3, "{drive:?}");
         }

@@ -68,7 +68,7 @@ fn without_a_share_it_is_the_plain_model() {
 
 /// A gyro that says what the wheels say adds nothing, whatever is late: it passes the delay, the
 /// filter and the gaps that they pass. With a tenth more of slip the share rises by q times a tenth
-/// of the difference behind the filter.
+/// of the difference after the filter.
 #[test]
 fn only_what_slips_adds() {
     for delay in [0.0, 0.1037, -0.1037] {
@@ -81,9 +81,9 @@ fn only_what_slips_adds() {
                 assert_eq!((plain.power, plain.settled), (gyro.power, gyro.settled));
                 let more =
                     0.4 * slips * sides.rims(&plain.motion.wheels.map(|wheel| wheel.speed), 0.0).difference;
-                for (own, other) in gyro.motion.wheels.iter().zip(&plain.motion.wheels) {
-                    let expected = other.scrub + more * own.side * own.direction;
-                    assert!((own.scrub - expected).abs() < 1e-9, "{delay} {slips} {own:?} {expected}");
+                for (one, other) in gyro.motion.wheels.iter().zip(&plain.motion.wheels) {
+                    let expected = other.scrub + more * one.side * one.direction;
+                    assert!((one.scrub - expected).abs() < 1e-9, "{delay} {slips} {one:?} {expected}");
                 }
                 most = most.max(more.abs());
             }
@@ -143,12 +143,12 @@ fn rows_without_a_turn_rate_are_left_out() {
         let elapsed = if i == 0 { 0.0 } else { PERIOD };
         let rate = if i == 700 { f64::NAN } else { 0.5 * difference(time) / LEVER };
         let broken = Sample { power: if i == 700 { f64::NAN } else { sample(time).power }, ..sample(time) };
-        let (expected, found) = (
+        let (expected, seen) = (
             whole.push(&broken, 0.5 * difference(time) / LEVER, elapsed),
             holed.push(&sample(time), rate, elapsed),
         );
-        assert_eq!(expected, found, "{i}");
-        assert_eq!(found.is_none(), i == 700);
+        assert_eq!(expected, seen, "{i}");
+        assert_eq!(seen.is_none(), i == 700);
     }
 }
 
@@ -179,15 +179,15 @@ fn the_estimator_sees_the_same() {
         let acceleration = [0, 1].map(|wheel| (after[wheel] - before[wheel]) / 2e-3);
         let scrub = sides.scrub(0.4 * 0.7 * difference(time));
         let motion = Motion::with_scrub(&speed, &acceleration, &scrub, &robot.mass_matrix, robot.dead_band);
-        let own = Sample { power: coefficients.model.power(&motion, 4.0).unwrap(), ..sample(time) };
+        let measured = Sample { power: coefficients.model.power(&motion, 4.0).unwrap(), ..sample(time) };
         let rate = 0.3 * difference(time) / LEVER;
-        let seen = conditioner.push(&own, rate, elapsed);
+        let seen = conditioner.push(&measured, rate, elapsed);
         let mut nothing = ();
         let mut beside = WithGyro::new(&mut nothing, &mut gyro, rate);
-        let estimate = with.push_with(&mut beside, &own, &Outside::UNKNOWN, elapsed);
+        let estimate = with.push_with(&mut beside, &measured, &Outside::UNKNOWN, elapsed);
         assert_eq!(estimate.conditioned, seen);
         mass = estimate.mass.best();
-        blind = without.push(&own, elapsed).mass.best();
+        blind = without.push(&measured, elapsed).mass.best();
     }
     let (mass, blind) = (mass.unwrap(), blind.unwrap());
     assert!((mass - 4.0).abs() < 1e-4, "{mass}");
@@ -197,13 +197,13 @@ fn the_estimator_sees_the_same() {
 /// No image holds it, no robot without two sides has it, and another precision keeps it.
 #[test]
 fn who_can_have_it() {
-    let found = Coefficients { robot: robot(0.4, 0.0), ..coefficients() };
-    assert!(found.encode().is_none());
-    assert!(Coefficients { robot: robot(0.0, 0.0), ..found }.encode().is_some());
-    assert_eq!(found.convert::<f32>().unwrap().robot.conditioning.true_slip, 0.4_f32);
+    let slipping = Coefficients { robot: robot(0.4, 0.0), ..coefficients() };
+    assert!(slipping.encode().is_none());
+    assert!(Coefficients { robot: robot(0.0, 0.0), ..slipping }.encode().is_some());
+    assert_eq!(slipping.convert::<f32>().unwrap().robot.conditioning.true_slip, 0.4_f32);
     let omni = Kinematics::<f64, 3>::omni(0.05, 0.2).unwrap();
     let Robot { name, gyration_radius, dead_band, cutoff_hz, conditioning, range, static_power, .. } =
-        found.robot;
+        slipping.robot;
     let mass_matrix = omni.mass_matrix(gyration_radius).unwrap();
     let three = Robot {
         name,

@@ -30,13 +30,13 @@ fn pipeline(robot: &Coefficients<f64, 2>) -> (Plain, Live<f64, 2>) {
 }
 
 fn robot(columns: &[Column<f64>]) -> Coefficients<f64, 2> {
-    let found = coefficients();
+    let base = coefficients();
     Coefficients {
         // Little delay, so that P(filtered speed) and filtered P(speed) are the same to a mW.
-        robot: Robot { cutoff_hz: 20.0, ..found.robot },
+        robot: Robot { cutoff_hz: 20.0, ..base.robot },
         noise: Noise { density: SIGMA * SIGMA * PERIOD, model_std: 0.0, tail: 1.0 },
         columns: Columns::new(columns, 2).unwrap(),
-        ..found
+        ..base
     }
 }
 
@@ -215,19 +215,19 @@ fn without_effects_both_ways_are_one() {
     let mut plain = Plain::new(&robot, method(), &TIMING).unwrap();
     let (mut extending, mut live) = pipeline(&robot);
     for (sample, _) in drive(None) {
-        let (left, right) =
+        let (one, other) =
             (plain.push(&sample, PERIOD), extending.push_with(&mut live, &sample, &Outside::UNKNOWN, PERIOD));
-        assert_eq!(left.conditioned, right.conditioned);
-        assert_eq!(left.power.is_some(), right.power.is_some());
-        if let (Some(left), Some(right)) = (left.power, right.power) {
-            assert!((left - right).abs() < 1e-9, "{left} {right}");
+        assert_eq!(one.conditioned, other.conditioned);
+        assert_eq!(one.power.is_some(), other.power.is_some());
+        if let (Some(one), Some(other)) = (one.power, other.power) {
+            assert!((one - other).abs() < 1e-9, "{one} {other}");
         }
-        if let (Some(left), Some(right)) = (left.mass.known(), right.mass.known()) {
-            assert!((left.mass - right.mass).abs() < 1e-9 && (left.high - right.high).abs() < 1e-9);
+        if let (Some(one), Some(other)) = (one.mass.known(), other.mass.known()) {
+            assert!((one.mass - other.mass).abs() < 1e-9 && (one.high - other.high).abs() < 1e-9);
         }
     }
-    let ((left, _), (right, _)) = (plain.energy(), extending.energy());
-    assert_eq!(left, right);
+    let ((one, _), (other, _)) = (plain.energy(), extending.energy());
+    assert_eq!(one, other);
 }
 
 /// A run that follows another begins at time 0, cold.
@@ -262,8 +262,8 @@ fn what_cannot_run_is_refused() {
     assert_eq!(refused(&delay(-1.02)), Some(Unfit::Delay));
     let eq18 = Coefficients { model: Model::Eq18 { gate: Gate::Corrected, beta: [0.1; 15] }, ..robot(&[]) };
     assert_eq!(refused(&eq18), Some(Unfit::Model));
-    let found = robot(&[]);
-    let fast = Coefficients { robot: Robot { cutoff_hz: 60.0, ..found.robot }, ..found };
+    let base = robot(&[]);
+    let fast = Coefficients { robot: Robot { cutoff_hz: 60.0, ..base.robot }, ..base };
     assert!(matches!(refused(&fast), Some(Unfit::Cutoff(_))));
 }
 
@@ -287,7 +287,7 @@ fn a_half_slip_that_is_greater_is_the_robots_own() {
         };
         drive(None).iter().take(1000).enumerate().map(push).collect::<Vec<_>>()
     };
-    let own = powers(0.5, &[]);
-    assert!(powers(0.25, &[column]) == own);
-    assert!(powers(0.25, &[]) != own);
+    let fitted = powers(0.5, &[]);
+    assert!(powers(0.25, &[column]) == fitted);
+    assert!(powers(0.25, &[]) != fitted);
 }

@@ -53,24 +53,25 @@ fn with_number(image: &[u8], offset: usize, value: f32) -> Result<Two, DecodeErr
 /// Whether a robot that is as the coefficients say, in the middle of its masses, is weighed within
 /// three windows when it drives so fast, straight ahead or in curves, speeding up and slowing down.
 /// `None` of a cutoff or delay that the sample rate cannot have, which is refused for that.
-fn is_weighed(found: &Two, fast: f32, turns: f32) -> Option<bool> {
+fn is_weighed(coefficients: &Two, fast: f32, turns: f32) -> Option<bool> {
     let timing = Timing {
         period_s: PERIOD,
         bucket_s: 1.0,
         schedule: Schedule::Moving { window: 25 },
         detect_changes: true,
     };
-    let robot = &found.robot;
-    let method = found.window(PERIOD as f32);
-    let mut plain = Estimator::<f32, _, 2, 32>::new(found, method, &timing).ok()?;
-    let mut adapting =
-        Adaptive::new(found, &Ground::usual(), PERIOD, 1.0).ok().filter(|_| found.ground_adapts);
+    let robot = &coefficients.robot;
+    let method = coefficients.window(PERIOD as f32);
+    let mut plain = Estimator::<f32, _, 2, 32>::new(coefficients, method, &timing).ok()?;
+    let mut adapting = Adaptive::new(coefficients, &Ground::usual(), PERIOD, 1.0)
+        .ok()
+        .filter(|_| coefficients.ground_adapts);
     let is_weighed = (0..(75.0 / PERIOD) as u32).any(|i| {
         let t = i as f32 * PERIOD as f32;
         let wheel = |rate: f32| (fast * (0.6 + 0.4 * (rate * t).sin()), fast * 0.4 * rate * (rate * t).cos());
         let ((left, by_left), (right, by_right)) = (wheel(0.9), wheel(0.9 - turns));
         let motion = Motion::new(&[left, right], &[by_left, by_right], &robot.mass_matrix, robot.dead_band);
-        let power = found.model.power(&motion, robot.range.middle()).unwrap_or(f32::NAN);
+        let power = coefficients.model.power(&motion, robot.range.middle()).unwrap_or(f32::NAN);
         let sample = Sample { wheel_speed: [left, right], wheel_acceleration: None, power };
         let Estimate { mass, .. } = match &mut adapting {
             Some(adapting) => adapting.push(&sample, PERIOD as f32),
@@ -86,19 +87,19 @@ fn is_weighed(found: &Two, fast: f32, turns: f32) -> Option<bool> {
 fn what_is_plausible_gives_a_mass() {
     let (mut taken, mut refused, mut useless) = (0, [0; 3], Vec::new());
     for (kind, image) in good().iter().enumerate() {
-        // From the gyration radius to the last row of R; what is behind is a checksum or effects,
+        // From the gyration radius to the last row of R; after it follow a checksum or effects,
         // which have bounds of their own.
         for offset in (36..160).step_by(4) {
             for value in WILD {
-                let Ok(found) = with_number(image, offset, value) else { continue };
-                match found.check_plausible() {
+                let Ok(coefficients) = with_number(image, offset, value) else { continue };
+                match coefficients.check_plausible() {
                     Err(why) => refused[why as usize] += 1,
                     Ok(()) => {
                         taken += 1;
                         let drives = [(5.0, 0.0), (5.0, 0.2), (50.0, 0.0), (50.0, 0.2), (0.5, 0.2)];
                         if drives
                             .into_iter()
-                            .all(|(fast, turns)| is_weighed(&found, fast, turns) == Some(false))
+                            .all(|(fast, turns)| is_weighed(&coefficients, fast, turns) == Some(false))
                         {
                             useless.push((kind, offset, value));
                         }
@@ -119,9 +120,9 @@ fn what_is_refused_for_its_mass_gives_none() {
     for (kind, image) in good().iter().enumerate() {
         for offset in (60..76).step_by(4) {
             for value in WILD {
-                let Ok(found) = with_number(image, offset, value) else { continue };
-                if found.check_plausible() == Err(Implausible::Mass) {
-                    let weighed = [5.0, 0.5].map(|fast| is_weighed(&found, fast, 0.2));
+                let Ok(coefficients) = with_number(image, offset, value) else { continue };
+                if coefficients.check_plausible() == Err(Implausible::Mass) {
+                    let weighed = [5.0, 0.5].map(|fast| is_weighed(&coefficients, fast, 0.2));
                     assert_eq!(weighed, [Some(false); 2], "{kind} {offset} {value}");
                 }
             }

@@ -62,10 +62,10 @@ proptest! {
         let torque = TorqueModel::from_array(torque32.to_array().map(f64::from));
         let wheel32 = single(wheel);
         let wheel = double(wheel32);
-        let found = f64::from(torque32.wheel_power(&wheel32, mass));
+        let power = f64::from(torque32.wheel_power(&wheel32, mass));
         let expected = torque.wheel_power(&wheel, mass.into());
         let scale = torque.wheel_power(&positive(wheel), mass.into());
-        prop_assert!((found - expected).abs() <= 9.0 * EPSILON * scale, "{} {}", found, expected);
+        prop_assert!((power - expected).abs() <= 9.0 * EPSILON * scale, "{} {}", power, expected);
         // About the middle of a range, the polynomial's three terms come on top: at any mass that
         // the robot can have they are at most 4 times the power at full load.
         let polynomial = torque32.polynomial(&wheel32, 3.5, 2.5).polynomial;
@@ -87,12 +87,12 @@ proptest! {
         let motion32 = Motion { wheels: wheels.map(single) };
         let motion = Motion { wheels: motion32.wheels.map(double) };
         for gate in [Gate::Published, Gate::Corrected, Gate::Signed] {
-            let found = Model::Eq18 { gate, beta }.power(&motion32, mass).unwrap();
+            let power = Model::Eq18 { gate, beta }.power(&motion32, mass).unwrap();
             let beta = beta.map(f64::from);
             let expected = Model::Eq18 { gate, beta }.power(&motion, mass.into()).unwrap();
             let magnitudes = eq18::regressors(gate, &eq18::products(gate, &Motion { wheels: motion.wheels.map(positive) }), mass.into());
             let scale: f64 = magnitudes.iter().zip(beta).map(|(x, b)| x * b).sum();
-            prop_assert!((f64::from(found) - expected).abs() <= 12.0 * EPSILON * scale, "{:?} {} {}", gate, found, expected);
+            prop_assert!((f64::from(power) - expected).abs() <= 12.0 * EPSILON * scale, "{:?} {} {}", gate, power, expected);
         }
     }
 }

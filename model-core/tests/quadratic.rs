@@ -4,8 +4,8 @@
 use model_core::quadratic::{Roots, roots};
 use proptest::prelude::*;
 
-fn all(found: Roots<f64>) -> Vec<f64> {
-    match found {
+fn all(roots: Roots<f64>) -> Vec<f64> {
+    match roots {
         Roots::None => vec![],
         Roots::One(x) => vec![x],
         Roots::Two(x, y) => vec![x, y],
@@ -58,7 +58,7 @@ proptest! {
     /// As a fades the equation turns linear: the near root stays −c/b.
     #[test]
     fn fading_square(b in 0.1..10.0_f64, c in -10.0..10.0_f64, exponent in -320..-20_i32) {
-        let found = all(roots(10.0_f64.powi(exponent), b, c));
-        prop_assert!(found.iter().any(|x| (x + c / b).abs() <= 4.0 * f64::EPSILON * (c / b).abs()), "{:?}", found);
+        let all_roots = all(roots(10.0_f64.powi(exponent), b, c));
+        prop_assert!(all_roots.iter().any(|x| (x + c / b).abs() <= 4.0 * f64::EPSILON * (c / b).abs()), "{:?}", all_roots);
     }
 }

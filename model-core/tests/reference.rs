@@ -105,17 +105,17 @@ fn assert_masses<T: Real>() {
         let mine: Vec<_> = samples.iter().filter(|sample| sample[0] == row[0]).collect();
         assert_eq!(mine.len(), 40);
         let mut buckets = vec![];
-        for part in mine.chunks(5) {
+        for bucket in mine.chunks(5) {
             let mut sums = Sums::default();
-            for sample in part {
+            for sample in bucket {
                 let [a, b, c, power] = [1, 2, 3, 4].map(|i| T::from_f64(sample[i]));
                 let response = Response { polynomial: Polynomial { a, b, c }, may_clamp: false };
                 window.add(&mut sums, power, &response, T::ONE, T::NAN);
             }
             buckets.push(sums);
         }
-        let found = window.estimate(buckets.iter()).known().unwrap();
-        worst = worst.max((found.mass.to_f64() - 3.5 - row[1]).abs());
+        let estimate = window.estimate(buckets.iter()).known().unwrap();
+        worst = worst.max((estimate.mass.to_f64() - 3.5 - row[1]).abs());
     }
     let bound = 360.0 * T::EPSILON.to_f64();
     assert!(worst <= bound, "{worst:e} of {bound:e}");

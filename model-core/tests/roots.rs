@@ -70,11 +70,11 @@ fn weighted_mean_of_accepted_roots() {
                 let (expected, count) = naive(gate, &samples);
                 assert!(count > 50, "{count}");
                 rejected += 400 - count;
-                let found = RootMean { range: range() }.estimate(sums(gate, &samples).iter());
-                let found = found.known().unwrap();
+                let estimate = RootMean { range: range() }.estimate(sums(gate, &samples).iter());
+                let estimate = estimate.known().unwrap();
                 // The schoolbook formula loses some digits where 4 a c is small beside b².
-                assert!((found.mass - expected).abs() < 1e-8, "{found:?} {expected}");
-                assert!(found.low <= found.mass && found.mass <= found.high);
+                assert!((estimate.mass - expected).abs() < 1e-8, "{estimate:?} {expected}");
+                assert!(estimate.low <= estimate.mass && estimate.mass <= estimate.high);
             }
         }
     }
@@ -85,8 +85,9 @@ fn weighted_mean_of_accepted_roots() {
 #[test]
 fn exact_samples_give_the_mass() {
     let samples = drive(Gate::Corrected, 4.2, 0.0, 1);
-    let found = RootMean { range: range() }.estimate(sums(Gate::Corrected, &samples).iter()).known().unwrap();
-    assert!((found.mass - 4.2).abs() < 1e-9 && found.high - found.low < 1e-6, "{found:?}");
+    let estimate =
+        RootMean { range: range() }.estimate(sums(Gate::Corrected, &samples).iter()).known().unwrap();
+    assert!((estimate.mass - 4.2).abs() < 1e-9 && estimate.high - estimate.low < 1e-6, "{estimate:?}");
 }
 
 /// Too few buckets to see their scatter; none with a root; none at all.

@@ -97,8 +97,8 @@ proptest! {
         let model = Model::Signed { torque, drive: Drive::Regenerative };
         let omega = kinematics.twist(&w).omega;
         let expected = b * mass * omega.abs() / kinematics.rows()[2][1];
-        let found = model.power(&motion(&kinematics, w, [0.0; 2]), mass).unwrap();
-        prop_assert!(close(found, expected, expected, 1e-12), "{} {}", found, expected);
+        let power = model.power(&motion(&kinematics, w, [0.0; 2]), mass).unwrap();
+        prop_assert!(close(power, expected, expected, 1e-12), "{} {}", power, expected);
         let straight = model.power(&motion(&kinematics, [w[0]; 2], [0.0; 2]), mass).unwrap();
         prop_assert_eq!(straight, 0.0);
     }

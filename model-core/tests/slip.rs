@@ -59,8 +59,8 @@ proptest! {
     fn softer_tyres_have_their_own_steady_curve(memory in memory(), rims in rims(), share in -0.9..9.0_f64) {
         prop_assume!(rims.difference.abs() > 1e-3);
         let softer = SlipMemory { half_slip: memory.half_slip * (1.0 + share), ..memory };
-        let found = memory.softened(&rims, share) * steady(&memory, &rims);
-        prop_assert!((found - steady(&softer, &rims)).abs() < 1e-12);
+        let softened = memory.softened(&rims, share) * steady(&memory, &rims);
+        prop_assert!((softened - steady(&softer, &rims)).abs() < 1e-12);
     }
 
     /// c → 0 is the sign of the turn at once, λ → 0 the steady curve at once.
@@ -74,8 +74,8 @@ proptest! {
             let then = if limit.half_slip < 1e-9 { Rims { rest: 0.0, ..then } } else { then };
             let mut slip = Slip::default();
             memory.settle(&mut slip, &first);
-            let found = limit.step(&mut slip, &then, PERIOD);
-            prop_assert!((found - expected).abs() < 1e-4, "{} {}", found, expected);
+            let share = limit.step(&mut slip, &then, PERIOD);
+            prop_assert!((share - expected).abs() < 1e-4, "{} {}", share, expected);
         }
     }
 
@@ -132,10 +132,10 @@ proptest! {
             };
             [-1.0, 1.0].iter().zip(&motion.wheels).map(of).sum()
         };
-        let (expected, found) = (power(range.middle()), model.response(&motion, &range));
-        let found = found.polynomial.at(mass - range.middle());
+        let (expected, response) = (power(range.middle()), model.response(&motion, &range));
+        let answered = response.polynomial.at(mass - range.middle());
         let scale = 1e3 * (1.0 + expected.abs());
-        prop_assert!(close(found, expected, scale, 1e-13), "{} {}", found, expected);
+        prop_assert!(close(answered, expected, scale, 1e-13), "{} {}", answered, expected);
         prop_assert!(close(model.power(&motion, mass).unwrap(), power(mass), scale, 1e-13));
     }
 }
@@ -158,8 +158,8 @@ fn sides_come_from_the_matrix() {
     // Three wheels on one side, one of them mounted the other way round.
     let rows = [[0.1, 0.1, 0.1, -0.1], [0.0; 4], [-0.2, 0.2, 0.2, -0.2]];
     let odd = Kinematics::from_rows(rows).unwrap().sides().unwrap();
-    let found = odd.rims(&[2.0, 4.0, 5.0, -6.0], 0.02);
-    assert!((found.difference - 3.0).abs() < 1e-12 && (found.mean - 3.5).abs() < 1e-12, "{found:?}");
+    let of_odd = odd.rims(&[2.0, 4.0, 5.0, -6.0], 0.02);
+    assert!((of_odd.difference - 3.0).abs() < 1e-12 && (of_odd.mean - 3.5).abs() < 1e-12, "{of_odd:?}");
     assert!(Kinematics::<f64, 4>::mecanum(0.05, 0.2, 0.2).unwrap().sides().is_none());
     assert!(Kinematics::<f64, 3>::omni(0.05, 0.2).unwrap().sides().is_none());
     assert!(Kinematics::from_rows([[0.1, 0.1], [0.0; 2], [0.2, 0.3]]).unwrap().sides().is_none());
@@ -182,7 +182,7 @@ fn robot(slip: SlipMemory<f64>) -> Robot<f64, 2> {
 }
 
 /// The conditioner runs the memory on filtered speeds, over the time that passed, and settles it
-/// behind gaps: whoever has speeds and times can do the same.
+/// after gaps: whoever has speeds and times can do the same.
 #[test]
 fn conditioner_runs_the_memory() {
     let memory = SlipMemory { half_slip: 0.13, relaxation: 1.8, rest: 0.0 };
@@ -284,10 +284,10 @@ fn worst<T: Real>() -> f64 {
     for row in rows {
         let cells: Vec<f64> = row.split(',').map(|cell| cell.parse().unwrap()).collect();
         let speed = [T::from_f64(cells[0]), T::from_f64(cells[1])];
-        let found =
+        let share =
             memory.step(&mut slip, &sides.rims(&speed, T::from_f64(rest)), T::from_f64(period)).to_f64();
-        worst = worst.max((found - cells[2]).abs());
-        most = most.max(found.abs());
+        worst = worst.max((share - cells[2]).abs());
+        most = most.max(share.abs());
     }
     assert!(most > 0.9, "{most}");
     worst
@@ -307,23 +307,23 @@ fn follows_the_differential_equation() {
 fn plausibility() {
     let with = |slip, imbalance, delay| {
         let conditioning = Conditioning { slip, delay, ..Conditioning::PLAIN };
-        let found = coefficients();
-        let Model::Signed { torque, drive } = found.model else { panic!("signed") };
-        let robot = Robot { conditioning, ..found.robot };
+        let base = coefficients();
+        let Model::Signed { torque, drive } = base.model else { panic!("signed") };
+        let robot = Robot { conditioning, ..base.robot };
         Coefficients {
             robot,
             model: Model::Signed { torque: TorqueModel { imbalance, ..torque }, drive },
-            ..found
+            ..base
         }
     };
     let slip = |half_slip, relaxation| SlipMemory { half_slip, relaxation, rest: 0.0 };
     let rests = |rest| with(SlipMemory { rest, ..slip(0.126, 1.79) }, 0.0, 0.0).is_plausible();
     assert!(rests(0.5) && !rests(1.5));
     let loses = |gear_loss| {
-        let found = coefficients();
-        let Model::Signed { torque, drive } = found.model else { panic!("signed") };
+        let base = coefficients();
+        let Model::Signed { torque, drive } = base.model else { panic!("signed") };
         let model = Model::Signed { torque: TorqueModel { gear_loss, ..torque }, drive };
-        Coefficients { model, ..found }.is_plausible()
+        Coefficients { model, ..base }.is_plausible()
     };
     assert!(loses(0.5) && !loses(0.8));
     assert!(with(slip(0.126, 1.79), -0.03, 0.25).is_plausible());
@@ -339,10 +339,10 @@ fn plausibility() {
     }
     // Sides that are none.
     let omni = Kinematics::<f64, 3>::omni(0.05, 0.2).unwrap();
-    let found = with(SlipMemory::OFF, 0.0, 0.0);
-    let Robot { name, gyration_radius, dead_band, cutoff_hz, range, static_power, .. } = found.robot;
+    let two_sided = with(SlipMemory::OFF, 0.0, 0.0);
+    let Robot { name, gyration_radius, dead_band, cutoff_hz, range, static_power, .. } = two_sided.robot;
     let three = |slip, imbalance| {
-        let Model::Signed { torque, drive } = found.model else { panic!("signed") };
+        let Model::Signed { torque, drive } = two_sided.model else { panic!("signed") };
         let mass_matrix = omni.mass_matrix(gyration_radius).unwrap();
         let conditioning = Conditioning { slip, ..Conditioning::PLAIN };
         let robot = Robot {
@@ -360,7 +360,7 @@ fn plausibility() {
         Coefficients {
             robot,
             model,
-            noise: found.noise,
+            noise: two_sided.noise,
             columns: model_core::effects::Columns::NONE,
             identifies_mass: true,
             ground_adapts: false,

@@ -48,11 +48,11 @@ fn assert_same<const N: usize>(
     mass: f64,
 ) -> Result<(), TestCaseError> {
     for model in models(torque) {
-        let (left, right) = (model.power(one, mass).unwrap(), model.power(other, mass).unwrap());
+        let (of_one, of_other) = (model.power(one, mass).unwrap(), model.power(other, mass).unwrap());
         // M'' a may cancel between the wheels; what is left of it then carries the rounding of the
         // largest terms.
         let bound = ROUNDING * (scale(&torque, one, mass) + scale(&torque, other, mass) + 10.0 * mass);
-        prop_assert!((left - right).abs() <= bound, "{:?}: {} {}", model, left, right);
+        prop_assert!((of_one - of_other).abs() <= bound, "{:?}: {} {}", model, of_one, of_other);
     }
     Ok(())
 }

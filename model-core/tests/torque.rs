@@ -50,10 +50,10 @@ proptest! {
     fn polynomial_is_the_power(
         torque in torque_model(), wheel in wheel(), reference in 0.1..50.0_f64, mass in 0.1..50.0_f64,
     ) {
-        let found = torque.polynomial(&wheel, reference, 1.0).polynomial.at(mass - reference);
+        let power = torque.polynomial(&wheel, reference, 1.0).polynomial.at(mass - reference);
         let expected = torque.wheel_power(&wheel, mass);
         let scale = scale(&torque, &wheel, mass.max(reference));
-        prop_assert!(close(found, expected, scale, 2e-14), "{} {}", found, expected);
+        prop_assert!(close(power, expected, scale, 2e-14), "{} {}", power, expected);
     }
 
     /// Power is negative only where the torque is against the motion: then, for some mass of the
@@ -89,14 +89,14 @@ proptest! {
             let response = model.response(&motion, &range);
             prop_assert!(drive == Drive::Dissipative || !response.may_clamp);
             if !response.may_clamp {
-                let found = response.polynomial.at(mass - range.middle());
-                prop_assert!((found - model.power(&motion, mass).unwrap()).abs() <= rounding);
+                let power = response.polynomial.at(mass - range.middle());
+                prop_assert!((power - model.power(&motion, mass).unwrap()).abs() <= rounding);
             }
         }
         for gate in [Gate::Published, Gate::Corrected] {
             let model = Model::Eq18 { gate, beta: torque.expand() };
-            let found = model.response(&motion, &range).polynomial.at(mass - range.middle());
-            prop_assert!((found - model.power(&motion, mass).unwrap()).abs() <= 10.0 * rounding + 1e-13 * found.abs());
+            let power = model.response(&motion, &range).polynomial.at(mass - range.middle());
+            prop_assert!((power - model.power(&motion, mass).unwrap()).abs() <= 10.0 * rounding + 1e-13 * power.abs());
         }
     }
 }

@@ -93,20 +93,20 @@ proptest! {
         for model in models() {
             let samples = drive(&model, mass, sigma, 200, seed);
             let window = window();
-            let found = window.estimate(buckets(&window, &samples, &even_cuts(200, 10)).iter());
+            let estimate = window.estimate(buckets(&window, &samples, &even_cuts(200, 10)).iter());
             // Noise may put a mass at the edge beyond it: then it is held there.
-            let (MassEstimate::Known(mass_found) | MassEstimate::Beyond(Beyond { mass: mass_found, .. })) = found
+            let (MassEstimate::Known(nearest) | MassEstimate::Beyond(Beyond { mass: nearest, .. })) = estimate
             else {
-                return Err(TestCaseError::fail(format!("{found:?}")));
+                return Err(TestCaseError::fail(format!("{estimate:?}")));
             };
-            let Mass { mass: found, low, high } = mass_found;
+            let Mass { mass: estimated, low, high } = nearest;
             let best = brute_force(&samples);
-            prop_assert!((found - best).abs() <= 1e-3, "{:?}: {} by brute force {}", model, found, best);
-            prop_assert!(low <= found && found <= high && (1.0..=6.0).contains(&found));
+            prop_assert!((estimated - best).abs() <= 1e-3, "{:?}: {} by brute force {}", model, estimated, best);
+            prop_assert!(low <= estimated && estimated <= high && (1.0..=6.0).contains(&estimated));
             // What lies inside is cut to the range; what seems to lie beyond is not.
-            prop_assert!((1.0 <= low || found == 1.0) && (high <= 6.0 || found == 6.0));
+            prop_assert!((1.0 <= low || estimated == 1.0) && (high <= 6.0 || estimated == 6.0));
             if sigma == 0.0 {
-                prop_assert!((found - mass).abs() < 1e-9);
+                prop_assert!((estimated - mass).abs() < 1e-9);
             }
         }
     }
@@ -121,7 +121,7 @@ proptest! {
         let window = window();
         let cuts: Vec<_> = cuts.into_iter().collect();
         let estimate = |cuts: &[usize]| {
-            window.estimate(buckets(&window, &samples, cuts).iter()).known().map(|found| found.mass)
+            window.estimate(buckets(&window, &samples, cuts).iter()).known().map(|known| known.mass)
         };
         let (even, uneven) = (estimate(&even_cuts(300, 30)).unwrap(), estimate(&cuts));
         // Fewer effective buckets than three besides the prior's do not occur with seven cuts and
@@ -129,8 +129,7 @@ proptest! {
         prop_assert!((even - uneven.unwrap()).abs() < 1e-9, "{} {:?}", even, uneven);
     }
 
-    /// Any coefficients that a fit can give (not negative, about a mass of nought) have one
-    /// minimum.
+    /// Any coefficients that a fit can give (not negative, about a mass of 0) have one minimum.
     #[test]
     fn any_parabola(
         seed in any::<u64>(), mass in 1.0..6.0_f64, size in 0.0..1.0_f64,
@@ -138,14 +137,14 @@ proptest! {
         let mut rng = Rng::new(seed);
         let samples: Vec<Seen> = (0..100).map(|_| {
             let a = size * rng.uniform(0.0, 1.0);
-            let about_nought = Polynomial { a, b: rng.uniform(0.0, 1.0), c: rng.uniform(0.0, 1.0) };
-            let polynomial = about_nought.about(range().middle());
-            (about_nought.at(mass) + 0.1 * rng.normal(), Response { polynomial, may_clamp: false })
+            let about_zero = Polynomial { a, b: rng.uniform(0.0, 1.0), c: rng.uniform(0.0, 1.0) };
+            let polynomial = about_zero.about(range().middle());
+            (about_zero.at(mass) + 0.1 * rng.normal(), Response { polynomial, may_clamp: false })
         }).collect();
         let window = window();
-        let found = window.estimate(buckets(&window, &samples, &even_cuts(100, 5)).iter());
-        let found = found.known().unwrap().mass;
-        prop_assert!((found - brute_force(&samples)).abs() <= 1e-3, "{}", found);
+        let estimate = window.estimate(buckets(&window, &samples, &even_cuts(100, 5)).iter());
+        let estimate = estimate.known().unwrap().mass;
+        prop_assert!((estimate - brute_force(&samples)).abs() <= 1e-3, "{}", estimate);
     }
 
     /// Nothing that a sample can hold makes a panic or a mass outside the range, or one that is not
@@ -166,9 +165,9 @@ proptest! {
             sums.0.push(of_window);
             sums.1.push(of_roots);
         }
-        for found in [window.estimate(sums.0.iter()), roots.estimate(sums.1.iter())] {
-            if let MassEstimate::Known(Mass { mass, low, high }) = found {
-                prop_assert!(low <= mass && mass <= high && (1.0..=6.0).contains(&mass), "{:?}", found);
+        for estimate in [window.estimate(sums.0.iter()), roots.estimate(sums.1.iter())] {
+            if let MassEstimate::Known(Mass { mass, low, high }) = estimate {
+                prop_assert!(low <= mass && mass <= high && (1.0..=6.0).contains(&mass), "{:?}", estimate);
             }
         }
     }
@@ -194,8 +193,8 @@ fn not_finite_is_unknown() {
                 2 => response.polynomial.b = bad,
                 _ => response.polynomial.c = bad,
             }
-            let found = estimate(&samples);
-            assert!(matches!(found, MassEstimate::Unknown(_)), "{bad} at {place}: {found:?}");
+            let unknown = estimate(&samples);
+            assert!(matches!(unknown, MassEstimate::Unknown(_)), "{bad} at {place}: {unknown:?}");
         }
     }
     let mut samples = drive(&models()[0], 3.0, 0.01, 100, 1);
@@ -322,16 +321,16 @@ fn nothing_that_tells_how_far_off_is_unknown() {
 fn a_mass_beyond_the_range_is_not_certain() {
     for (mass, bound) in [(60.0, 6.0), (6.5, 6.0), (0.5, 1.0)] {
         let samples = drive(&models()[0], mass, 0.001, 300, 4);
-        if let MassEstimate::Known(found) = estimate(&samples) {
-            assert!((found.mass - bound).abs() < 1e-12, "{found:?}");
-            let beyond = (mass - bound).abs().min(1.25);
-            assert!(found.high - found.low >= 0.9 * beyond, "{mass}: {found:?}");
-            assert!(found.low <= bound && bound <= found.high);
+        if let MassEstimate::Known(known) = estimate(&samples) {
+            assert!((known.mass - bound).abs() < 1e-12, "{known:?}");
+            let outside = (mass - bound).abs().min(1.25);
+            assert!(known.high - known.low >= 0.9 * outside, "{mass}: {known:?}");
+            assert!(known.low <= bound && bound <= known.high);
         }
     }
     // Inside, nothing of this.
-    let found = estimate(&drive(&models()[0], 5.9, 0.001, 300, 4)).known().unwrap();
-    assert!(found.high - found.low < 0.1);
+    let known = estimate(&drive(&models()[0], 5.9, 0.001, 300, 4)).known().unwrap();
+    assert!(known.high - known.low < 0.1);
 }
 
 /// Score and information are the first and second derivatives of the sum of squares, but for
@@ -367,8 +366,8 @@ fn sums_are_derivatives() {
 #[test]
 fn scatter_widens_the_interval() {
     let width = |sigma| {
-        let found = estimate(&drive(&models()[0], 3.0, sigma, 300, 6)).known().unwrap();
-        found.high - found.low
+        let known = estimate(&drive(&models()[0], 3.0, sigma, 300, 6)).known().unwrap();
+        known.high - known.low
     };
     assert!(width(0.05) > 5.0 * width(0.005));
 }
@@ -390,16 +389,16 @@ fn one_bucket_has_the_fits_interval() {
     }
     for (density, model_std) in [(1e-3, 0.0), (0.0, 0.02), (2e-3, 0.03)] {
         let window = Window { noise: Noise { density, model_std, tail: 1.0 }, ..window() };
-        let found = window.estimate(buckets(&window, &samples, &[]).iter()).known().unwrap();
+        let known = window.estimate(buckets(&window, &samples, &[]).iter()).known().unwrap();
         let variance: f64 = density / (squares * window.period) + (model_std * sum / squares).powi(2);
         // t.ppf(0.975, 6) of SciPy; the estimator's expansion of it is good to 1 %.
         let expected = 2.446_912 * variance.sqrt();
-        let half_width = (found.high - found.low) / 2.0;
+        let half_width = (known.high - known.low) / 2.0;
         assert!((half_width / expected - 1.0).abs() < 0.01, "{half_width} {expected}");
         // The surprise of a bucket is its error in units of the same two.
         let off = 1.5 * variance.sqrt();
         let mut sums = buckets(&window, &samples, &[])[0];
-        let surprise = window.surprise(&sums, found.mass - off).unwrap();
+        let surprise = window.surprise(&sums, known.mass - off).unwrap();
         assert!((surprise - 1.5).abs() < 1e-9, "{surprise}");
         window.add(&mut sums, f64::NAN, &samples[0].1, 1.0, f64::NAN);
         assert_eq!(window.surprise(&sums, 3.0), None);

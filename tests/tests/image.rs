@@ -62,7 +62,7 @@ fn decodes_what_python_packed() -> Outcome {
     let found = Coefficients::<f32, 2>::decode(&IMAGE);
     ensure(found.ok() == coefficients(), format_args!("{found:?}"))?;
     let found = Coefficients::<f32, 3>::decode(&IMAGE);
-    let expected = DecodeError::WheelCount { found: 2 };
+    let expected = DecodeError::WheelCount { count: 2 };
     ensure(found == Err(expected), format_args!("for three wheels: {found:?}"))
 }
 

@@ -62,9 +62,9 @@ pub struct Belief<T> {
 
 impl<T: Real> Default for Belief<T> {
     fn default() -> Self {
-        let (one, nought) = (T::ONE, T::ZERO);
-        let covariance = [[one, nought, nought], [nought, one, nought], [nought, nought, one]];
-        Self { state: [nought; STATES], covariance }
+        let (one, zero) = (T::ONE, T::ZERO);
+        let covariance = [[one, zero, zero], [zero, one, zero], [zero, zero, one]];
+        Self { state: [zero; STATES], covariance }
     }
 }
 
@@ -91,7 +91,7 @@ impl<T: Real> Belief<T> {
         // Never wider than the prior: a mass of which nothing new is heard may be anywhere, not
         // everywhere.
         let mm_later = (mm * fade).at_most(T::ONE.at_least(mm));
-        // A mass that somebody told has no variance, and keeps none.
+        // A given mass has no variance, and keeps none.
         let across = if mm > T::ZERO { ground * (mm_later / mm).sqrt() } else { T::ZERO };
         let (mr, ms, rs) = (across * mr, across * ms, square * rs);
         self.covariance =
@@ -135,13 +135,13 @@ impl<T: Real> Belief<T> {
         *mm = T::ZERO;
     }
 
-    /// The payload is another: of the mass nothing is known any more, of the ground what was.
+    /// The payload changed: the mass is unknown, and the ground stays as known.
     pub fn forget_mass(&mut self) {
         let [_, rolling, scrub] = self.state;
         let [_, [_, rr, rs], [_, _, ss]] = self.covariance;
-        let nought = T::ZERO;
-        self.state = [nought, rolling, scrub];
-        self.covariance = [[T::ONE, nought, nought], [nought, rr, rs], [nought, rs, ss]];
+        let zero = T::ZERO;
+        self.state = [zero, rolling, scrub];
+        self.covariance = [[T::ONE, zero, zero], [zero, rr, rs], [zero, rs, ss]];
     }
 }
 

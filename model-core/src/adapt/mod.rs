@@ -70,21 +70,21 @@ pub struct Adaptive<T, const N: usize> {
     /// Σ w g of the bucket in hand, g being the power's slope by the mass.
     slope: T,
     lasting: Lasting<T>,
-    /// The mass that somebody told, kg: the ground alone adapts.
+    /// The mass if it was given, kg: the ground alone adapts.
     told: Option<T>,
-    /// Whether the coefficients tell masses apart.
+    /// Whether the coefficients distinguish masses.
     identifies_mass: bool,
     spread: Spread<T>,
     ground: Ground<T>,
-    /// Shares of what is known that are left after a bucket: of the mass and of the ground.
+    /// Shares of the information that remain after a bucket: of the mass and of the ground.
     fading: [T; 2],
     bucket_length: T,
     /// Time into the open bucket, and half a period, s.
     phase: T,
     /// Since the last sample that was a number, s.
     silent: T,
-    /// What of that the samples' steps do not say, s.
-    beyond: T,
+    /// Of that, the time that no step of a sample covers, s.
+    passed: T,
     adapted: Adapted<T>,
     measured: Energy<T>,
     predicted: Energy<T>,
@@ -109,9 +109,9 @@ impl<T: Real, const N: usize> Adaptive<T, N> {
         if !columns.is_empty() {
             return Err(Unfit::Model);
         }
-        let left = |time: T| (-(T::from_f64(bucket_s) / time)).exp();
-        // Coulomb's torque and rolling resistance are told apart by the mass only: a floor changes
-        // what both give together.
+        let fade = |time: T| (-(T::from_f64(bucket_s) / time)).exp();
+        // Only the mass distinguishes Coulomb's torque from rolling resistance: a floor changes the
+        // sum of both.
         let rolling = torque.rolling + torque.coulomb / robot.range.middle();
         let units = [robot.range.reach(), ground.share * rolling, ground.share * torque.scrub];
         let unknown = MassEstimate::Unknown(if *identifies_mass {
@@ -138,11 +138,11 @@ impl<T: Real, const N: usize> Adaptive<T, N> {
             identifies_mass: *identifies_mass,
             spread: Spread::default(),
             ground: *ground,
-            fading: [left(ground.window), left(ground.memory)],
+            fading: [fade(ground.window), fade(ground.memory)],
             bucket_length: T::from_f64(bucket_s),
             phase: T::from_f64(period_s) * T::HALF,
             silent: T::ZERO,
-            beyond: T::ZERO,
+            passed: T::ZERO,
             adapted: Adapted {
                 mass: unknown,
                 rolling: [torque.rolling, rolling_unit],
@@ -210,17 +210,17 @@ impl<T: Real, const N: usize> Adaptive<T, N> {
         Estimate { conditioned, mass: self.adapted.mass, power, closed, changed: None }
     }
 
-    /// So much time (s), whole buckets of it, has passed beyond what the next sample's step says.
+    /// So much time (s), in whole buckets, has passed in addition to the next sample's step.
     pub fn pass(&mut self, time: T) {
         self.silent += time;
-        self.beyond += time;
+        self.passed += time;
     }
 
-    /// The payload is another from now on.
+    /// The payload changes now.
     pub fn payload_changed(&mut self) {
         self.evidence = Evidence::default();
         (self.slope, self.lasting) = (T::ZERO, Lasting::default());
-        self.spread.part();
+        self.spread.forget_last();
         if self.told.is_some() {
             return;
         }
@@ -228,7 +228,7 @@ impl<T: Real, const N: usize> Adaptive<T, N> {
         self.adapted.mass = self.identified(MassEstimate::Unknown(Unknown::NoSamples));
     }
 
-    /// An estimate by coefficients that tell masses apart.
+    /// An estimate by coefficients that distinguish masses.
     fn identified(&self, mass: MassEstimate<T>) -> MassEstimate<T> {
         if self.identifies_mass { mass } else { MassEstimate::Unknown(Unknown::NotIdentifiable) }
     }
@@ -262,10 +262,10 @@ impl<T: Real, const N: usize> Adaptive<T, N> {
         for wheel in &motion.wheels {
             let [fixed, per_kg] = self.torque.parts(wheel);
             let torque = fixed + mass * per_kg;
-            let own = draw.power(wheel.speed, torque);
+            let wheel_power = draw.power(wheel.speed, torque);
             power += match self.drive {
-                Drive::Dissipative => own.at_least(T::ZERO),
-                Drive::Regenerative => own,
+                Drive::Dissipative => wheel_power.at_least(T::ZERO),
+                Drive::Regenerative => wheel_power,
             };
             let by_torque = draw.slope(wheel.speed, torque);
             let [by_mass, by_rolling, by_scrub] = &mut slopes;
@@ -286,14 +286,14 @@ impl<T: Real, const N: usize> Adaptive<T, N> {
     #[inline(never)]
     fn close(&mut self) {
         self.phase -= self.bucket_length;
-        let [mass_left, ground_left] = self.fading;
-        self.belief.pass(mass_left, ground_left);
+        let [mass_share, ground_share] = self.fading;
+        self.belief.pass(mass_share, ground_share);
         let Evidence { information: [[information, ..], ..], score: [score, ..] } = self.evidence;
         if information > T::ZERO {
             self.spread.push(score / information.sqrt());
         }
         self.belief.take(&self.evidence.scaled(T::ONE / self.spread.excess()));
-        self.lasting.pass(mass_left, self.slope, information);
+        self.lasting.pass(mass_share, self.slope, information);
         self.slope = T::ZERO;
         self.evidence = Evidence::default();
         if self.silent > self.ground.window {
@@ -302,8 +302,8 @@ impl<T: Real, const N: usize> Adaptive<T, N> {
         }
         while self.phase >= self.bucket_length {
             self.phase -= self.bucket_length;
-            self.belief.pass(mass_left, ground_left);
-            self.lasting.pass(mass_left, T::ZERO, T::ZERO);
+            self.belief.pass(mass_share, ground_share);
+            self.lasting.pass(mass_share, T::ZERO, T::ZERO);
         }
         self.publish_ground();
         let ([[mass_variance, ..], ..], [d, ..]) = (self.belief.covariance(), self.belief.state());
@@ -318,12 +318,12 @@ impl<T: Real, const N: usize> Adaptive<T, N> {
         }
     }
 
-    /// Behind a gap that is longer than the window: the payload may be another, and of the ground
-    /// is known what its memory left. The next buckets end when they would have.
+    /// After a gap that is longer than the window: the payload may have changed, and the ground is
+    /// known as far as its memory reaches. The next buckets end when they would have.
     fn outlast(&mut self) {
         self.payload_changed();
-        self.belief.pass(T::ONE, (-((self.phase + self.beyond) / self.ground.memory)).exp());
-        self.beyond = T::ZERO;
+        self.belief.pass(T::ONE, (-((self.phase + self.passed) / self.ground.memory)).exp());
+        self.passed = T::ZERO;
         self.phase = remainder(self.phase, self.bucket_length).unwrap_or(self.period * T::HALF);
         self.publish_ground();
     }
@@ -345,22 +345,22 @@ impl<T: Real, const N: usize> Adaptive<T, N> {
     }
 }
 
-/// What is left of a time (s) when all whole `length`s are taken off; `None` of one without end.
+/// The remainder of a time (s) after whole `length`s; `None` of an infinite one.
 fn remainder<T: Real>(time: T, length: T) -> Option<T> {
     if !time.is_finite() {
         return None;
     }
-    let (mut left, mut step) = (time, length);
-    while step + step <= left {
+    let (mut remaining, mut step) = (time, length);
+    while step + step <= remaining {
         step += step;
     }
     while step >= length {
-        if left >= step {
-            left -= step;
+        if remaining >= step {
+            remaining -= step;
         }
         step = step * T::HALF;
     }
-    Some(left)
+    Some(remaining)
 }
 
 /// What a constant error of the power does to the mass: sums over the window, faded as the evidence
@@ -374,9 +374,9 @@ struct Lasting<T> {
 }
 
 impl<T: Real> Lasting<T> {
-    fn pass(&mut self, left: T, slope: T, information: T) {
-        self.slope = left * self.slope + slope;
-        self.information = left * self.information + information;
+    fn pass(&mut self, share: T, slope: T, information: T) {
+        self.slope = share * self.slope + slope;
+        self.information = share * self.information + information;
     }
 
     /// By how much 1 W shifts the mass, in its unit; 0 where nothing was seen of it.

@@ -98,16 +98,16 @@ impl<T: Real> Curve<T> {
         points.iter().zip(points.iter().skip(1)).map(|(from, to)| Piece { from: *from, to: *to })
     }
 
-    /// The first piece that ends behind what `is_behind` says, or the last one.
+    /// The first piece whose end `is_behind` accepts, or the last one.
     fn piece(&self, is_behind: impl Fn(&Point<T>) -> bool) -> Piece<T> {
-        let mut found = Piece { from: Point::default(), to: Point { charge: T::ONE, voltage: T::ONE } };
+        let mut chosen = Piece { from: Point::default(), to: Point { charge: T::ONE, voltage: T::ONE } };
         for piece in self.pieces() {
-            found = piece;
+            chosen = piece;
             if is_behind(&piece.to) {
                 break;
             }
         }
-        found
+        chosen
     }
 
     /// Voltage at rest, V, at a charge; beyond 0 and 1 the outermost pieces go on.

@@ -89,10 +89,10 @@ impl<T: Real> Filter<T> {
         for (value, spread) in self.state.iter_mut().zip(&spread) {
             *value += gain * surprise * *spread;
         }
-        for (place, (row, left)) in self.covariance.iter_mut().zip(&spread).enumerate() {
-            for (column, (entry, right)) in row.iter_mut().zip(&spread).enumerate() {
-                let less = *entry - gain * *left * *right;
-                // Rounding leaves no variance below nought.
+        for (place, (row, of_row)) in self.covariance.iter_mut().zip(&spread).enumerate() {
+            for (column, (entry, of_column)) in row.iter_mut().zip(&spread).enumerate() {
+                let less = *entry - gain * *of_row * *of_column;
+                // Rounding leaves no variance below 0.
                 *entry = if place == column { less.at_least(T::ZERO) } else { less };
             }
         }

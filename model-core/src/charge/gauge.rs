@@ -58,7 +58,7 @@ const PLACE: f64 = 2.0;
 const KNOWN_STD: f64 = 0.1;
 /// A resistance is unknown until it is known to this share.
 const KNOWN_RESISTANCE: f64 = 0.5;
-/// Time constant of the load that the remaining time is told for, s.
+/// Time constant of the load that the remaining time is estimated for, s.
 const LOAD_S: f64 = 60.0;
 
 /// What is known of the charge at the start.
@@ -134,7 +134,7 @@ impl<T: Real> Gauge<T> {
 
     /// Takes the current in A, positive while discharging, and the voltage in V of the whole pack,
     /// held for `elapsed` s. What is not finite, and time that runs backwards, changes nothing;
-    /// behind a gap the charge is as uncertain as the load before makes it.
+    /// after a gap the charge is as uncertain as the load before makes it.
     pub fn update(&mut self, current: T, voltage: T, elapsed: T) {
         let charge = current * elapsed;
         let is_sample = charge.is_finite() && (voltage * elapsed).is_finite() && elapsed > T::ZERO;

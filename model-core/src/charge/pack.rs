@@ -75,14 +75,14 @@ impl<T: Real> Pack<T> {
         T::ZERO.at_least(given) * self.cells * self.capacity
     }
 
-    /// The charge behind so much energy, J, given under such a load; 0 where there is less in it.
+    /// The charge after so much energy, J, given under such a load; 0 where it holds less.
     pub fn after(&self, charge: T, energy: T, drop: T) -> T {
         let share = energy / (self.cells * self.capacity);
         let given = |low: T| self.curve.energy(low, charge) - (charge - low) * drop;
         if given(T::ZERO) <= share {
             return T::ZERO;
         }
-        // Half the stretch each time: what is left of it behind thirty is below single precision.
+        // Half the stretch each time: after thirty it is below single precision.
         let (mut low, mut high) = (T::ZERO, charge);
         for _ in 0..30 {
             let middle = T::HALF * (low + high);
@@ -125,7 +125,7 @@ mod tests {
     /// the cells have 3.65 − 0.1 V on average.
     #[test]
     fn energy_ends_at_the_cutoff_under_load() {
-        let near = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-6, "{found} {expected}");
+        let near = |value: f64, expected: f64| assert!((value - expected).abs() < 1e-6, "{value} {expected}");
         near(pack(0.0).energy(1.0, 0.0, 0.0), 2.0 * 3600.0 * 3.5);
         near(pack(0.0).energy(1.0, 0.0, 0.1), 2.0 * 3600.0 * 3.4);
         near(pack(6.4).energy(1.0, 0.0, 0.1), 2.0 * 3600.0 * 0.7 * 3.55);

@@ -43,7 +43,7 @@ pub struct Column<T> {
     pub coefficient: T,
 }
 
-/// What has to be measured beside speeds and power.
+/// What has to be measured besides speeds and power.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Needs {
     /// The robot's pitch.
@@ -174,11 +174,11 @@ impl<T: Real> Cause<T> {
         })
     }
 
-    /// `None` for an id that there is not.
+    /// `None` for an unknown id.
     pub(crate) fn decode(encoded: Encoded) -> Option<Self> {
         let Encoded { id, which, shape } = encoded;
         let shape = T::from_f64(f64::from(shape));
-        let (one, nought) = (T::ONE, T::ZERO);
+        let (one, zero) = (T::ONE, T::ZERO);
         let cause = match (id, which) {
             (4, 0) => Self::Hot,
             (5, 0) => Self::Heat(shape),
@@ -190,8 +190,8 @@ impl<T: Real> Cause<T> {
             (26, 2) => Self::Scale(Side::Right),
             (1, 0) => Self::Term(Term::GradeByPitch),
             (2, 0) => Self::Term(Term::GradeAhead),
-            (3, 0) => Self::Term(Term::GradeAlong([one, nought])),
-            (3, 1) => Self::Term(Term::GradeAlong([nought, one])),
+            (3, 0) => Self::Term(Term::GradeAlong([one, zero])),
+            (3, 1) => Self::Term(Term::GradeAlong([zero, one])),
             (7, 0) => Self::Term(Term::Windage),
             (8, 0) => Self::Term(Term::Stribeck(shape)),
             (9, 0) => Self::Term(Term::Viscous),
@@ -315,14 +315,14 @@ impl<T: Real> Columns<T> {
         self.len() == 0
     }
 
-    /// What has to be measured beside speeds and power.
+    /// What has to be measured besides speeds and power.
     pub fn needs(&self) -> Needs {
         let mut needs = Needs::default();
         for column in self.iter() {
-            let own = column.cause.needs();
-            needs.pitch |= own.pitch;
-            needs.temperatures |= own.temperatures;
-            needs.driver |= own.driver;
+            let of_column = column.cause.needs();
+            needs.pitch |= of_column.pitch;
+            needs.temperatures |= of_column.temperatures;
+            needs.driver |= of_column.driver;
         }
         needs
     }
@@ -408,7 +408,7 @@ impl<T: Real> Terms<T> {
 
 /// A scene at rest at the start of a run.
 impl<T: Real, const N: usize> Scene<T, N> {
-    /// Of a robot of this mass (kg), with nothing measured beside speeds and power.
+    /// Of a robot of this mass (kg), with nothing measured besides speeds and power.
     pub(crate) fn at_start(mass: T) -> Self {
         Self {
             mass,

@@ -5,8 +5,8 @@ use crate::real::Real;
 /// Time, heading and standstill since the start of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Course<T> {
-    /// Time in whole parts of [`PART_S`], s, and the rest: single precision would soon lose steps
-    /// of milliseconds.
+    /// Time in whole multiples of [`CARRY_S`], s, and the rest: single precision would soon lose
+    /// steps of milliseconds.
     whole: T,
     rest: T,
     /// Since the last [`Self::see`], s.
@@ -17,55 +17,55 @@ pub struct Course<T> {
 }
 
 /// Steps are added up to this sum before they are added to the whole, s.
-const PART_S: f64 = 16.0;
+const CARRY_S: f64 = 16.0;
 
-/// How the robot turned in a longer step, s, nobody knows.
+/// In a longer step, s, the turn of the robot is unknown.
 const LONGEST_TURN_S: f64 = 1.0;
 
 /// Largest angle that is turned by at once, rad: the series of its half's tangent is good to 10⁻¹⁰
 /// there.
 const LARGEST_ANGLE: f64 = 0.1;
 
-/// Parts that a larger angle is turned in.
-const PARTS: u8 = 32;
+/// Steps in which a larger angle is turned.
+const STEPS: u8 = 32;
 
 impl<T: Real> Default for Course<T> {
     fn default() -> Self {
-        let nought = T::ZERO;
+        let zero = T::ZERO;
         Self {
-            whole: nought,
-            rest: nought,
-            passed: nought,
+            whole: zero,
+            rest: zero,
+            passed: zero,
             began: false,
-            heading: [T::ONE, nought],
+            heading: [T::ONE, zero],
             still: T::INFINITY,
         }
     }
 }
 
 impl<T: Real> Course<T> {
-    /// Time passes, s; what passed before the first sample does not count, nor what is no time.
+    /// Time passes, s. Time before the first sample does not count, nor does a step of no time.
     #[inline]
     pub fn pass(&mut self, elapsed: T) {
         if !self.began {
             self.began = true;
             return;
         }
-        let part = T::from_f64(PART_S);
-        if elapsed > part && elapsed.is_finite() {
+        let carry = T::from_f64(CARRY_S);
+        if elapsed > carry && elapsed.is_finite() {
             self.whole += elapsed;
             self.passed += elapsed;
-        } else if elapsed > T::ZERO && elapsed <= part {
+        } else if elapsed > T::ZERO && elapsed <= carry {
             self.rest += elapsed;
             self.passed += elapsed;
-            if self.rest >= part {
-                self.rest -= part;
-                self.whole += part;
+            if self.rest >= carry {
+                self.rest -= carry;
+                self.whole += carry;
             }
         }
     }
 
-    /// Takes how the robot moves, behind the time that passed: its turn rate in rad/s, and whether
+    /// Takes how the robot moves after the time that passed: its turn rate in rad/s, and whether
     /// any wheel turns.
     #[inline]
     pub fn see(&mut self, turn_rate: T, is_moving: bool) {
@@ -79,9 +79,9 @@ impl<T: Real> Course<T> {
         if angle.abs() <= T::from_f64(LARGEST_ANGLE) {
             self.heading = turned(self.heading, angle);
         } else {
-            let part = angle / T::from_f64(f64::from(PARTS));
-            for _ in 0..PARTS {
-                self.heading = turned(self.heading, part);
+            let step = angle / T::from_f64(f64::from(STEPS));
+            for _ in 0..STEPS {
+                self.heading = turned(self.heading, step);
             }
         }
     }
@@ -121,7 +121,7 @@ fn turned<T: Real>([x, y]: [T; 2], angle: T) -> [T; 2] {
     [turned_x * correct, turned_y * correct]
 }
 
-/// A winding's heat: what it loses, behind a first-order lag, W.
+/// A winding's heat: what it loses, after a first-order lag, W.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Heat<T> {
     level: T,

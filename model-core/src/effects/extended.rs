@@ -92,8 +92,8 @@ impl<T: Real, const N: usize> Extended<'_, T, N> {
             let gear_input = self.torque.gear_input(wheel);
             let mut draw = self.torque.draw();
             for effect in self.effects {
-                let own = effect.term.torque(&at, wheel, &whole, gear_input, scene);
-                torque += effect.coefficient * own.at(scene.mass);
+                let effect_torque = effect.term.torque(&at, wheel, &whole, gear_input, scene);
+                torque += effect.coefficient * effect_torque.at(scene.mass);
                 draw.winding_loss += self.winding_loss(effect, warmth);
             }
             let power = draw.power(wheel.speed, torque);
@@ -128,10 +128,10 @@ impl<T: Real, const N: usize> Extended<'_, T, N> {
     pub fn drawn_of(&self, measured: T, scene: &Scene<T, N>) -> T {
         let mut sum = Supply::default();
         for effect in self.effects {
-            let own = effect.term.supply(scene);
-            sum.constant += effect.coefficient * own.constant;
-            sum.gain += effect.coefficient * own.gain;
-            sum.square += effect.coefficient * own.square;
+            let supply = effect.term.supply(scene);
+            sum.constant += effect.coefficient * supply.constant;
+            sum.gain += effect.coefficient * supply.gain;
+            sum.square += effect.coefficient * supply.square;
         }
         // square · drawn² + (1 + gain) · drawn = measured − constant, by the root that stays where
         // the square vanishes.
@@ -167,10 +167,10 @@ impl<T: Real, const N: usize> Extended<'_, T, N> {
             let gear_input = self.torque.gear_input(wheel);
             let mut draw = self.torque.draw();
             for effect in self.effects {
-                let own = effect.term.torque(&at, wheel, &whole, gear_input, scene);
-                let [own_fixed, own_per_kg] = own.tangent(scene.mass);
-                fixed += effect.coefficient * own_fixed;
-                per_kg += effect.coefficient * own_per_kg;
+                let effect_torque = effect.term.torque(&at, wheel, &whole, gear_input, scene);
+                let [effect_fixed, effect_per_kg] = effect_torque.tangent(scene.mass);
+                fixed += effect.coefficient * effect_fixed;
+                per_kg += effect.coefficient * effect_per_kg;
                 draw.winding_loss += self.winding_loss(effect, warmth);
             }
             let torque = fixed + range.middle() * per_kg;

@@ -76,11 +76,11 @@ impl<T: Real, const N: usize> Layout<T, N> {
 
     /// Adds `share` to the factors of the wheels on a side.
     pub fn scale(&self, factors: &mut [T; N], side: Side, share: T) {
-        for (factor, own) in factors.iter_mut().zip(&self.side) {
+        for (factor, wheel_side) in factors.iter_mut().zip(&self.side) {
             let is_there = match side {
                 Side::Both => true,
-                Side::Left => *own < T::ZERO,
-                Side::Right => *own > T::ZERO,
+                Side::Left => *wheel_side < T::ZERO,
+                Side::Right => *wheel_side > T::ZERO,
             };
             if is_there {
                 *factor += share;

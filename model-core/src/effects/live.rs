@@ -2,7 +2,7 @@
 //! the host's replay alike.
 //!
 //! A sample is first [corrected](Additions::correct) for what its sensors get wrong, but for their
-//! delay, which the estimator's conditioner takes care of; behind the filter the run is
+//! delay, which the estimator's conditioner takes care of; after the filter the run is
 //! [followed](Additions::follow); then the model [answers](Additions::respond) with what the wheels
 //! draw as a polynomial of the mass, the power with all effects at the mass in hand, and what the
 //! wheels draw by the measured power.
@@ -22,7 +22,7 @@ use crate::sample::Sample;
 use crate::slip::TrueTurn;
 use crate::torque::{Drive, TorqueModel};
 
-/// What is measured beside speeds and power. What is not finite is not known: the last known value
+/// What is measured besides speeds and power. What is not finite is unknown: the last known value
 /// holds, 0 before there is one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Outside<T, const N: usize> {
@@ -68,7 +68,7 @@ pub trait Additions<T: Real, const N: usize> {
     /// of `range`, no number while it is unknown.
     fn follow(&mut self, motion: &Motion<T, N>, range: &MassRange<T>, d: T);
 
-    /// The model's answer to a sample behind the filter.
+    /// The model's answer to a sample after the filter.
     fn respond(&self, model: &Model<T>, now: &Conditioned<T, N>, range: &MassRange<T>, d: T) -> Answer<T>;
 }
 
@@ -92,7 +92,7 @@ impl<T: Real, const N: usize> Additions<T, N> for () {
     }
 }
 
-/// A column of the log behind the filter.
+/// A column of the log after the filter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Track<T> {
     channel: Channel<T>,
@@ -213,8 +213,8 @@ impl<T: Real, const N: usize> Live<T, N> {
         for ((warmth, heat), temperature) in warmth.iter_mut().zip(&self.heat).zip(&self.temperature) {
             // As cold as in the fit, while nobody knows.
             let known = temperature.level.is_finite() || !self.columns.needs().temperatures;
-            let own = || self.columns.warmth(time, heat.level(), temperature.or(T::ZERO));
-            *warmth = if known { own() } else { T::ZERO };
+            let of_wheel = || self.columns.warmth(time, heat.level(), temperature.or(T::ZERO));
+            *warmth = if known { of_wheel() } else { T::ZERO };
         }
         Scene {
             mass,

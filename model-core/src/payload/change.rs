@@ -1,4 +1,4 @@
-//! Notices that the payload has changed: two-sided CUSUM on the buckets' surprise.
+//! Detects that the payload has changed: two-sided CUSUM on the buckets' surprise.
 
 use crate::real::Real;
 
@@ -53,7 +53,7 @@ impl<T: Real> Cusum<T> {
         Self { threshold, heavier: Side::default(), lighter: Side::default() }
     }
 
-    /// Takes the surprise of one bucket. `Some(n)`: the payload is another since the latest `n`
+    /// Takes the surprise of one bucket. `Some(n)`: the payload changed before the latest `n`
     /// buckets.
     ///
     /// One bucket's surprise counts for at most half the alarm level: a single outlier is no

@@ -68,7 +68,7 @@ impl<T: Real> Scatter<T> {
     /// takes their residual out again, so by Huber (1964) they are in the scatter of Σ s_b, but not
     /// in what it is divided by. With five times the fit's noise half of the information is of such
     /// samples. `expected` is the variance of Σ s_b by the fit's noise, which counts as `prior`
-    /// buckets' worth of evidence beside the scatter seen; `lasting` is the variance of the
+    /// buckets' worth of evidence besides the scatter seen; `lasting` is the variance of the
     /// estimate from errors that outlast the window. Such errors show in the scatter too as soon as
     /// the robot drives at several speeds, so they are expected beside the noise, not added to the
     /// scatter; at one speed they do not show, and the variance is at least theirs.
@@ -84,11 +84,11 @@ impl<T: Real> Scatter<T> {
                 sums.information += T::TWO * products.information;
             }
         }
-        // The estimate took its part of the scatter out of every product: for white noise what is
-        // left is this share.
-        let left = (T::ONE - sums.information / total).at_least(T::ZERO);
-        let freedom = buckets * left;
-        let bias = if freedom > T::HALF { T::ONE / left } else { T::ZERO };
+        // The estimate took its share of the scatter out of every product: for white noise this
+        // share remains.
+        let remaining = (T::ONE - sums.information / total).at_least(T::ZERO);
+        let freedom = buckets * remaining;
+        let bias = if freedom > T::HALF { T::ONE / remaining } else { T::ZERO };
         let seen = sums.scores.at_least(self.squares.scores * T::HALF) * bias;
         let expected = expected + lasting * follows;
         let pooled = (prior * expected + freedom * seen) / (prior + freedom);

@@ -3,7 +3,7 @@
 //! Samples are summed into buckets (a second, say); a [`schedule::Schedule`] decides which buckets
 //! count; an estimator turns them into a mass with an interval, or says that it is unknown.
 //! [`roots`] is the paper's weighted mean of Eq. 24's roots, [`window`] least squares over all
-//! samples of the window. [`change`] notices a new payload.
+//! samples of the window. [`change`] detects a new payload.
 
 pub mod change;
 pub(crate) mod interval;
@@ -133,7 +133,7 @@ const NOISE_BANDWIDTH: f64 = 1.016_6;
 
 impl<T: Real> Noise<T> {
     /// Residuals beyond this count linearly, not squared, W: 2.5 times what white noise of
-    /// the density leaves behind a filter of this cutoff, Hz. For ever squared where no density is
+    /// the density leaves after a filter of this cutoff, Hz. Always squared where no density is
     /// known.
     pub fn linear_beyond(&self, cutoff_hz: T) -> T {
         let variance = T::from_f64(2.0 * NOISE_BANDWIDTH) * cutoff_hz * self.density;
@@ -163,8 +163,8 @@ where
     P: IntoIterator<Item = &'a S>,
 {
     let mut total = S::default();
-    for part in parts {
-        for bucket in part {
+    for buckets in parts {
+        for bucket in buckets {
             total.merge(bucket);
         }
     }
@@ -194,10 +194,9 @@ pub trait Method<T: Real> {
         self.estimate_of(&total([buckets.clone()]), [buckets], T::ONE)
     }
 
-    /// The same for whoever has the buckets' [`total`] already, and the buckets in parts, one
-    /// behind the other: a loop over a slice costs less than one over two that are chained. The
-    /// residual is known to scatter so much more than the fit's noise says, `excess` as a ratio of
-    /// variances ([`spread::Spread`]).
+    /// The same for whoever has the buckets' [`total`] already, and the buckets in consecutive
+    /// parts: a loop over a slice costs less than one over two that are chained. `excess` is the
+    /// ratio of the residual's variance to that of the fit's noise ([`spread::Spread`]).
     fn estimate_of<'a, P>(
         &self,
         total: &Self::Sums,

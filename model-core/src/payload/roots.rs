@@ -71,8 +71,8 @@ impl<T: Real> Method<T> for RootMean<T> {
         }
         let d = total.weighted / total.weight;
         let mut scatter = Scatter::default();
-        for part in parts {
-            for bucket in part {
+        for buckets in parts {
+            for bucket in buckets {
                 scatter.add(bucket.weighted - bucket.weight * d, bucket.weight);
             }
         }

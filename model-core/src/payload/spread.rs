@@ -26,7 +26,7 @@ const CHANCE: f64 = 1.5;
 pub struct Spread<T> {
     ratio: T,
     weight: T,
-    /// No number where no bucket is behind this one.
+    /// NaN where no bucket is before this one.
     last: T,
 }
 
@@ -52,13 +52,12 @@ impl<T: Real> Spread<T> {
         self.ratio += (square.at_most(most) - self.ratio) / self.weight;
     }
 
-    /// The next surprise is not to be compared with the last: the payload is another.
-    pub fn part(&mut self) {
+    /// Does not compare the next surprise with the last: the payload has changed.
+    pub fn forget_last(&mut self) {
         self.last = T::NAN;
     }
 
-    /// As many buckets were seen as the fit's own noise stands for: what is out of the ordinary can
-    /// be told.
+    /// Enough buckets were seen to detect an excess: as many as the fit's own noise stands for.
     pub fn is_known(&self) -> bool {
         self.weight >= T::from_f64(2.0 * PRIOR)
     }

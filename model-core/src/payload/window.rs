@@ -201,7 +201,7 @@ impl<T: Real> Method<T> for Window<T> {
     where
         P: IntoIterator<Item = &'a Sums<T>>,
     {
-        // Zero times what is not finite is no number.
+        // Zero times what is not finite is NaN.
         if T::ZERO * total.rb + T::ZERO * total.bb + T::ZERO * total.aa != T::ZERO {
             return MassEstimate::Unknown(Unknown::NotFinite);
         }
@@ -210,8 +210,8 @@ impl<T: Real> Method<T> for Window<T> {
         }
         let d = self.minimum(total);
         let mut scatter = Scatter::default();
-        for part in parts {
-            for bucket in part {
+        for buckets in parts {
+            for bucket in buckets {
                 scatter.add(bucket.score(d), bucket.information(d));
             }
         }

@@ -149,7 +149,7 @@ pub(crate) fn torque_model() -> impl Strategy<Value = TorqueModel<f64>> {
     )
 }
 
-/// `left` and `right` agree to `relative` of `scale`.
-pub(crate) fn close(left: f64, right: f64, scale: f64, relative: f64) -> bool {
-    (left - right).abs() <= relative * scale
+/// `one` and `other` agree to `relative` of `scale`.
+pub(crate) fn close(one: f64, other: f64, scale: f64, relative: f64) -> bool {
+    (one - other).abs() <= relative * scale
 }
