@@ -56,7 +56,7 @@ mod tests {
     #[test]
     fn what_is_common_cancels() {
         let (a, b) = ([3.0, 500.0], [3.0, 500.0]);
-        let found = shares(&[(1.0, &a), (0.0, &b)]);
-        assert!((found[0] - 1.0 / (1.0 + (-1.0_f64).exp())).abs() < 1e-9);
+        let shares = shares(&[(1.0, &a), (0.0, &b)]);
+        assert!((shares[0] - 1.0 / (1.0 + (-1.0_f64).exp())).abs() < 1e-9);
     }
 }

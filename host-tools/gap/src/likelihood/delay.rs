@@ -17,12 +17,12 @@ const KAISER: f64 = 9.0;
 pub fn later(values: &[f64], delay: f64, period_s: f64) -> Vec<f64> {
     let rows = delay / period_s;
     let whole = rows.round();
-    let part = rows - whole;
+    let fraction = rows - whole;
     let last = values.len() as isize - 1;
     if last < 0 {
         return Vec::new();
     }
-    let weights: Vec<f64> = (-REACH..=REACH).map(|k| weight(k as f64 + part)).collect();
+    let weights: Vec<f64> = (-REACH..=REACH).map(|k| weight(k as f64 + fraction)).collect();
     let sum: f64 = weights.iter().sum();
     (0..=last)
         .map(|t| {

@@ -218,20 +218,20 @@ pub fn reduce(totals: &Totals, shape: Shape, variances: &Variances, other: f64) 
 }
 
 /// ln of how much likelier data are with a coefficient that is normal about zero with a standard
-/// deviation, and in its range, than without it. `along` is X'V⁻¹y, `own` X'V⁻¹X.
-pub fn gain(along: f64, own: f64, std_dev: f64, range: (f64, f64)) -> f64 {
-    // What others take of a column to the last digit leaves rounding.
-    let precision = own.max(0.0) + std_dev.powi(-2);
+/// deviation, and in its range, than without it. `along` is X'V⁻¹y, `gram` X'V⁻¹X.
+pub fn gain(along: f64, gram: f64, std_dev: f64, range: (f64, f64)) -> f64 {
+    // Where others explain a column to the last digit, rounding is left.
+    let precision = gram.max(0.0) + std_dev.powi(-2);
     let mean = along / precision;
     let inside = log_within(range, mean, precision.powf(-0.5)) - log_within(range, 0.0, std_dev);
     0.5 * along * mean - 0.5 * (precision * std_dev * std_dev).ln() + inside
 }
 
 /// The same of several coefficients without bounds.
-pub fn gain_of_several(along: &DVector<f64>, own: &DMatrix<f64>, std_devs: &[f64]) -> f64 {
+pub fn gain_of_several(along: &DVector<f64>, gram: &DMatrix<f64>, std_devs: &[f64]) -> f64 {
     let scale = DVector::from_column_slice(std_devs);
     let inner = DMatrix::from_fn(scale.len(), scale.len(), |i, j| {
-        own[(i, j)] * scale[i] * scale[j] + f64::from(u8::from(i == j))
+        gram[(i, j)] * scale[i] * scale[j] + f64::from(u8::from(i == j))
     });
     let Some(factor) = Cholesky::new(inner) else { return f64::NEG_INFINITY };
     let right = along.component_mul(&scale);
@@ -241,10 +241,10 @@ pub fn gain_of_several(along: &DVector<f64>, own: &DMatrix<f64>, std_devs: &[f64
 /// Where several coefficients are likeliest.
 pub fn likeliest(
     along: &DVector<f64>,
-    own: &DMatrix<f64>,
+    gram: &DMatrix<f64>,
     std_devs: &[f64],
 ) -> Option<(DVector<f64>, DMatrix<f64>)> {
-    let mut precision = own.clone();
+    let mut precision = gram.clone();
     for (k, std_dev) in std_devs.iter().enumerate() {
         precision[(k, k)] += std_dev.powi(-2);
     }

@@ -32,8 +32,8 @@ impl Extended {
         let cut = further + ways;
         let columns = about(posed, effects);
         let count = columns.first().map_or(0, DMatrix::ncols);
-        let rows: f64 = columns.iter().map(|own| own.nrows() as f64).sum();
-        let square = |k: usize| columns.iter().map(|own| own.column(k).norm_squared()).sum::<f64>();
+        let rows: f64 = columns.iter().map(|run| run.nrows() as f64).sum();
+        let square = |k: usize| columns.iter().map(|run| run.column(k).norm_squared()).sum::<f64>();
         let units: Vec<f64> = (0..count)
             .map(|k| (square(k) / rows.max(1.0)).sqrt() / posed.noise.std_w)
             .map(|unit| if unit > 0.0 { unit } else { 1.0 })
@@ -43,11 +43,11 @@ impl Extended {
             _ if k < further + count => (cut + k - further, units[k - further].recip()),
             _ => (k - count, 1.0),
         };
-        let of_run = |(own, columns): (&RunProducts, &DMatrix<f64>)| {
-            let solved = own.precision.inverse_times(columns);
+        let of_run = |(run, columns): (&RunProducts, &DMatrix<f64>)| {
+            let solved = run.precision.inverse_times(columns);
             let mut all = DMatrix::zeros(cut + count, cut + count);
-            all.view_mut((0, 0), (cut, cut)).copy_from(&own.products.view((0, 0), (cut, cut)));
-            let cross = own.columns.columns(0, cut).tr_mul(&solved);
+            all.view_mut((0, 0), (cut, cut)).copy_from(&run.products.view((0, 0), (cut, cut)));
+            let cross = run.columns.columns(0, cut).tr_mul(&solved);
             all.view_mut((0, cut), (cut, count)).copy_from(&cross);
             all.view_mut((cut, 0), (count, cut)).copy_from(&cross.transpose());
             all.view_mut((cut, cut), (count, count)).copy_from(&columns.tr_mul(&solved));
@@ -58,11 +58,11 @@ impl Extended {
         };
         let products: Vec<DMatrix<f64>> = posed.runs.par_iter().zip(&columns).map(of_run).collect();
         let shape = Shape { functions: posed.shape.functions + count, ..posed.shape };
-        let sum = |i: usize, j: usize| products.iter().map(|own| own[(i, j)]).sum::<f64>();
+        let sum = |i: usize, j: usize| products.iter().map(|run| run[(i, j)]).sum::<f64>();
         let first = shape.first();
         let likeness = |k: usize, function: usize| {
-            let own = first + function;
-            sum(own, k).powi(2) / sum(own, own).max(f64::MIN_POSITIVE)
+            let column = first + function;
+            sum(column, k).powi(2) / sum(column, column).max(f64::MIN_POSITIVE)
         };
         let most_like = |k: usize| {
             let each = (0..posed.groups.len()).map(|function| (function, likeness(k, function)));
@@ -102,13 +102,13 @@ impl Extended {
 fn about(posed: &Posed<'_>, effects: &[(&Way, &[f64])]) -> Vec<DMatrix<f64>> {
     let width: usize = effects.iter().map(|(way, _)| 1 + way.units.len()).sum();
     let of_run = |run: usize| {
-        let own = &posed.runs[run];
+        let products = &posed.runs[run];
         let start = posed.start_of(run);
         let power = posed.free.power(run, &start);
-        let mut columns = DMatrix::zeros(own.columns.nrows(), width);
+        let mut columns = DMatrix::zeros(products.columns.nrows(), width);
         let mut first = 0;
         for (way, at) in effects {
-            let about = relinearise::columns(&posed.free, &start, own, run, way, at, &power);
+            let about = relinearise::columns(&posed.free, &start, products, run, way, at, &power);
             columns.columns_mut(first, about.ncols()).copy_from(&about);
             first += about.ncols();
         }

@@ -88,15 +88,15 @@ pub fn functions<'a>(
     list: &[Candidate],
 ) -> Vec<(Signal, Group)> {
     let smooth = smooth::functions(runs);
-    let (own, further) = smooth.split_at(smooth::count_of_motion(runs, &smooth));
-    let mut found: Vec<(Signal, Group)> = own.iter().cloned().zip(OF_SMOOTH).collect();
+    let (of_motion, further) = smooth.split_at(smooth::count_of_motion(runs, &smooth));
+    let mut functions: Vec<(Signal, Group)> = of_motion.iter().cloned().zip(OF_SMOOTH).collect();
     let has_clean = runs.runs.iter().any(|run| run.clean);
     let shown = |signals: Vec<Signal>| match has_clean {
         true => smooth::shown_by_clean(runs, signals),
         false => Vec::new(),
     };
-    found.extend(shown(further.to_vec()).into_iter().map(|signal| (signal, Column)));
-    found.extend(edges(runs, power).into_iter().map(|signal| (signal, Edge)));
+    functions.extend(shown(further.to_vec()).into_iter().map(|signal| (signal, Column)));
+    functions.extend(edges(runs, power).into_iter().map(|signal| (signal, Edge)));
     let is_column =
         |regressor: &Regressor| matches!(regressor, Regressor::Column(_) | Regressor::Temperature(..));
     let all = list.iter().flat_map(|candidate| &candidate.regressors);
@@ -105,20 +105,20 @@ pub fn functions<'a>(
         .into_par_iter()
         .map(|run| anywhere.slopes(run, start_of(run), &regressors))
         .collect();
-    let of_drive = found.len();
+    let of_drive = functions.len();
     for (place, regressor) in regressors.iter().enumerate() {
         let signal: Signal = slopes.iter_mut().map(|run| std::mem::take(&mut run[place])).collect();
         match regressor {
             Regressor::Term(Term::GradeByPitch) => {
-                found.extend(shown(vec![signal]).into_iter().map(|signal| (signal, Column)));
+                functions.extend(shown(vec![signal]).into_iter().map(|signal| (signal, Column)));
             }
             _ => {
-                let group = most_like(&signal, &found[..of_drive]);
-                found.push((signal, group));
+                let group = most_like(&signal, &functions[..of_drive]);
+                functions.push((signal, group));
             }
         }
     }
-    found
+    functions
 }
 
 /// The group of the function to which a signal is most in proportion: it varies like that one.
@@ -141,22 +141,22 @@ fn edges(runs: &Runs, power: &Signal) -> Vec<Signal> {
     };
     let slope = |at: &dyn Fn(isize) -> f64, t: isize| 0.5 * (at(t + 1) - at(t - 1));
     let bend = |at: &dyn Fn(isize) -> f64, t: isize| at(t + 1) - 2.0 * at(t) + at(t - 1);
-    let mut found: Vec<Signal> = vec![Vec::new(); 5];
+    let mut signals: Vec<Signal> = vec![Vec::new(); 5];
     for (run, power) in power.iter().enumerate() {
         let last = power.len() as isize - 1;
         let at = |t: isize| power[t.clamp(0, last) as usize];
         let mass = mean(run);
         let of = |make: &dyn Fn(isize) -> f64| (0..=last).map(make).collect::<Vec<f64>>();
-        let own = [
+        let of_run = [
             of(&|t| bend(&at, t)),
             of(&|t| bend(&at, t) * mass),
             of(&|t| slope(&at, t).abs()),
             of(&|t| slope(&at, t) * mass),
             of(&|t| 0.5 * (bend(&at, t + 1) - bend(&at, t - 1))),
         ];
-        for (signal, own) in found.iter_mut().zip(own) {
-            signal.push(own);
+        for (signal, values) in signals.iter_mut().zip(of_run) {
+            signal.push(values);
         }
     }
-    found
+    signals
 }

@@ -1,8 +1,9 @@
-//! Would as much be seen if other runs were called the field? Under "none" clean and field runs of
-//! like drives may change places. Of every cause each run tells how much of it there is; the
-//! greatest difference between field and clean runs is held against that of other labels, which is
-//! exact at any level (Westfall and Young 1993), but for two things that the given labels told: the
-//! variances, and the size about which a named effect is linear.
+//! Would as much be seen if other runs were called the field?
+//!
+//! Without an effect, clean and field runs of like drives may change places. Each run tells how
+//! much of every cause it has. The greatest difference between field and clean runs is held against
+//! that of other labels. This is exact at any level (Westfall and Young 1993) but for two things
+//! that the given labels told: the variances, and the size about which a named effect is linear.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 use rand::SeedableRng;
@@ -12,10 +13,10 @@ use rayon::prelude::*;
 
 use super::evidence::{Marginal, Totals, reduce};
 use super::extended::Extended;
-use super::own_times::InRuns;
 use super::priors::{BETWEEN_RUNS, LEAST_SHOWN, RELABELLED};
 use super::products::Posed;
 use super::scored::Scales;
+use super::step_times::SingleRuns;
 use super::variances;
 use super::ways::Way;
 
@@ -86,12 +87,12 @@ fn causes(
     scales: &Scales,
     labels: &[bool],
 ) -> Option<Vec<Cause>> {
-    let ways = posed.own_first() - posed.shape.further();
+    let ways = posed.mass_column() - posed.shape.further();
     let extended = Extended::of(posed, bent, ways);
     let shape = extended.shape;
     let of = |wanted: bool| {
-        let own = extended.products.iter().zip(labels);
-        own.filter(|(_, label)| **label == wanted).map(|(own, _)| own).collect::<Vec<_>>()
+        let runs = extended.products.iter().zip(labels);
+        runs.filter(|(_, label)| **label == wanted).map(|(products, _)| products).collect::<Vec<_>>()
     };
     let (start, groups) = (Some(&scales.variances), &extended.groups);
     let variances = variances::told(&of(false), &of(true), shape, groups, &posed.base, start)?;
@@ -118,7 +119,7 @@ fn causes(
     }
     let cause = |(column, range): &(usize, (f64, f64))| {
         let columns: Vec<_> = runs.iter().map(|_| *column..*column + 1).collect();
-        Cause::of(&InRuns::of(&reduced, shape, &runs, &columns), *range)
+        Cause::of(&SingleRuns::of(&reduced, shape, &runs, &columns), *range)
     };
     Some(asked.par_iter().filter_map(cause).collect())
 }
@@ -128,11 +129,11 @@ fn with_sums(products: &DMatrix<f64>, sums: &[DVector<f64>]) -> DMatrix<f64> {
     let size = products.nrows();
     let mut all = products.clone().resize(size + sums.len(), size + sums.len(), 0.0);
     for (k, sum) in sums.iter().enumerate() {
-        let own = products * sum;
-        all.view_mut((0, size + k), (size, 1)).copy_from(&own);
-        all.view_mut((size + k, 0), (1, size)).copy_from(&own.transpose());
+        let column = products * sum;
+        all.view_mut((0, size + k), (size, 1)).copy_from(&column);
+        all.view_mut((size + k, 0), (1, size)).copy_from(&column.transpose());
         for (other, earlier) in sums.iter().enumerate() {
-            all[(size + k, size + other)] = own.dot(earlier);
+            all[(size + k, size + other)] = column.dot(earlier);
         }
     }
     all
@@ -147,15 +148,15 @@ struct Cause {
 }
 
 impl Cause {
-    fn of(runs: &InRuns, range: (f64, f64)) -> Option<Self> {
+    fn of(runs: &SingleRuns, range: (f64, f64)) -> Option<Self> {
         let count = runs.along.len();
         let at = BETWEEN_RUNS.map(|std_dev| {
             let variance = std_dev * std_dev;
             // (I + τ² A)⁻¹, which does not ask for A's own inverse.
-            let root = Cholesky::new(&runs.own * variance + DMatrix::identity(count, count))?;
+            let root = Cholesky::new(&runs.gram * variance + DMatrix::identity(count, count))?;
             let pull = root.solve(&runs.along);
             let log = 0.5 * variance * runs.along.dot(&pull) - root.l_dirty().diagonal().map(f64::ln).sum();
-            Some((log, pull, root.solve(&runs.own)))
+            Some((log, pull, root.solve(&runs.gram)))
         });
         Some(Self { at: at.into_iter().collect::<Option<_>>()?, range })
     }
@@ -166,13 +167,14 @@ impl Cause {
         let (mut with, mut without) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
         for (log, pull, resist) in &self.at {
             let resisted = resist * field;
-            let (all, cross, own) = (resist.sum(), resisted.sum(), resisted.dot(field));
+            let (all, cross, of_field) = (resist.sum(), resisted.sum(), resisted.dot(field));
             let common = log + 0.5 * pull.sum().powi(2) / all.max(f64::MIN_POSITIVE);
             let along = pull.dot(field) - cross * pull.sum() / all.max(f64::MIN_POSITIVE);
-            let left = own - cross * cross / all.max(f64::MIN_POSITIVE);
-            let may = left > 1e-9 * own && if along > 0.0 { self.range.1 > 0.0 } else { self.range.0 < 0.0 };
+            let rest = of_field - cross * cross / all.max(f64::MIN_POSITIVE);
+            let is_allowed = if along > 0.0 { self.range.1 > 0.0 } else { self.range.0 < 0.0 };
+            let may = is_allowed && rest > 1e-9 * of_field;
             without = without.max(common);
-            with = with.max(common + if may { 0.5 * along * along / left } else { 0.0 });
+            with = with.max(common + if may { 0.5 * along * along / rest } else { 0.0 });
         }
         with - without
     }
@@ -197,10 +199,10 @@ mod tests {
     /// Runs that know nothing of each other: weighted means of the field's and of all runs.
     #[test]
     fn a_difference_is_that_of_weighted_means() {
-        let (found, known) = ([0.9, 1.4, 1.1, 0.1, -0.2, 0.3], [4.0, 9.0, 25.0, 16.0, 4.0, 9.0]);
-        let runs = InRuns {
-            along: DVector::from_iterator(6, found.iter().zip(known).map(|(c, a)| c * a)),
-            own: DMatrix::from_diagonal(&DVector::from_row_slice(&known)),
+        let (sizes, known) = ([0.9, 1.4, 1.1, 0.1, -0.2, 0.3], [4.0, 9.0, 25.0, 16.0, 4.0, 9.0]);
+        let runs = SingleRuns {
+            along: DVector::from_iterator(6, sizes.iter().zip(known).map(|(c, a)| c * a)),
+            gram: DMatrix::from_diagonal(&DVector::from_row_slice(&known)),
             firsts: (0..=6).collect(),
         };
         let field = DVector::from_row_slice(&[1.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
@@ -209,8 +211,8 @@ mod tests {
             let weight = |run: usize| (1.0 / known[run] + variance).recip();
             let of = |&(first, end): &(usize, usize)| {
                 let total: f64 = (first..end).map(weight).sum();
-                let mean = (first..end).map(|run| weight(run) * found[run]).sum::<f64>() / total;
-                let square = |run: usize| weight(run) * (found[run] - mean).powi(2) - weight(run).ln();
+                let mean = (first..end).map(|run| weight(run) * sizes[run]).sum::<f64>() / total;
+                let square = |run: usize| weight(run) * (sizes[run] - mean).powi(2) - weight(run).ln();
                 -0.5 * (first..end).map(square).sum::<f64>()
             };
             groups.iter().map(of).sum()

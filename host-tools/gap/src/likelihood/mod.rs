@@ -14,8 +14,6 @@ pub mod functions;
 pub mod gate;
 pub mod noise;
 pub mod normal;
-pub mod own_masses;
-pub mod own_times;
 pub mod posterior;
 pub mod precision;
 pub mod predicted;
@@ -25,10 +23,12 @@ pub mod relinearise;
 pub mod round;
 pub mod rows;
 pub mod scored;
+pub mod step_times;
 #[cfg(test)]
 mod tests;
 pub mod variances;
 pub mod ways;
+pub mod wrong_masses;
 
 pub use gate::Gate;
 pub use posterior::{Cause, Posterior};
@@ -58,7 +58,7 @@ pub const LEVEL: f64 = 0.02;
 
 /// What the likelihood says beside the verdict.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Found {
+pub struct Likelihood {
     /// Probabilities.
     pub posterior: Posterior,
     /// Relabelled runs, where they were asked.
@@ -82,7 +82,7 @@ pub fn investigate(
 ) -> Result<Report> {
     let split = split::by_run(runs)?;
     let all = runs.with_clean(clean);
-    let lag = clean.map_or(0.0, |clean| clean_delay::estimate(clean, base));
+    let clean_delay = clean.map_or(0.0, |clean| clean_delay::estimate(clean, base));
     let parameters = base.torque.to_array().len() - usize::from(!runs.robot.scrubs());
     let (mut list, mut not_testable) = candidates(runs, base);
     list.extend_from_slice(&options.user.candidates);
@@ -93,7 +93,7 @@ pub fn investigate(
         not_testable.push(missing);
     }
     list.retain(|candidate| !removed.contains(&candidate.id));
-    let twin = Twin { clean_delay: lag, ..Twin::new(&all, base.drive) };
+    let twin = Twin { clean_delay, ..Twin::new(&all, base.drive) };
     let free = anywhere(&all);
     let asked =
         Asked { twin, free: &free, base: (base, parameters), options, list: &list, removed: &removed, level };
@@ -123,14 +123,14 @@ pub fn investigate(
         notes.push("it lives in single runs: no run tells of another, and none confirms it".to_owned());
     }
     let together = first.together(&known);
-    let own = together.as_ref().map(|(_, own)| own.clone());
+    let covariance = together.as_ref().map(|(_, covariance)| covariance.clone());
     let others = known.split_last().map_or(Vec::new(), |(_, others)| others.to_vec());
     let known = together.map_or(known, |(known, _)| known);
     let state = state_of(base, &known);
     // The base stays where it was: its own uncertainty is in that of the effects.
-    let joined = own.as_ref().and_then(|own| joint(own, false, base));
+    let joined = covariance.as_ref().and_then(|covariance| joint(covariance, false, base));
     let named: Vec<Candidate> = known.into_iter().map(|(candidate, _)| candidate).collect();
-    let effects = joined.as_ref().or(own.as_ref()).map_or(Vec::new(), |covariance| {
+    let effects = joined.as_ref().or(covariance.as_ref()).map_or(Vec::new(), |covariance| {
         named_effects(&named, &state, covariance, runs.robot.rows(), options.slack)
     });
     let open = runs.subset(&split.open).with_clean(clean);
@@ -145,9 +145,9 @@ pub fn investigate(
     if verdict.stands() {
         localise::fill_after(runs, &mut localisation, &after);
     }
-    let rival = |own: &Known| {
-        let state = state_of(base, &others.iter().chain([own]).cloned().collect::<Vec<_>>());
-        Rival { candidate: own.0.clone(), state: of_open(&state) }
+    let rival = |cause: &Known| {
+        let state = state_of(base, &others.iter().chain([cause]).cloned().collect::<Vec<_>>());
+        Rival { candidate: cause.0.clone(), state: of_open(&state) }
     };
     let ties = match verdict {
         Verdict::Ambiguous => vec![tied.iter().map(rival).collect()],
@@ -177,25 +177,25 @@ pub fn investigate(
         ties,
         basis: Some(Basis {
             drive: base.drive,
-            clean_delay: lag,
+            clean_delay,
             whitener: problem.noise.whitener.clone(),
             std_w: problem.noise.usual_w(),
             precision: precision(base, parameters, options.slack),
         }),
-        likelihood: Some(Found { posterior: first.posterior, gate: first.gate, predictive, notes }),
+        likelihood: Some(Likelihood { posterior: first.posterior, gate: first.gate, predictive, notes }),
     })
 }
 
 /// What a state has of some runs, by their places among these.
 fn at_places(state: &State, places: &[usize]) -> Vec<(Regressor, f64)> {
-    let place_of = |run: usize| places.iter().position(|own| *own == run);
+    let place_of = |run: usize| places.iter().position(|place| *place == run);
     let moved = |(regressor, coefficient): &(Regressor, f64)| {
         let regressor = match regressor {
             Regressor::Mass(run) => Regressor::Mass(place_of(*run)?),
             Regressor::InRun(run, term) => Regressor::InRun(place_of(*run)?, *term),
             Regressor::Switch(what, times) => {
-                let own = places.iter().filter_map(|run| times.get(*run).copied());
-                Regressor::Switch(*what, own.collect::<Vec<f64>>().into())
+                let kept = places.iter().filter_map(|run| times.get(*run).copied());
+                Regressor::Switch(*what, kept.collect::<Vec<f64>>().into())
             }
             other => other.clone(),
         };

@@ -2,8 +2,8 @@
 //! spikes where the power changes fast, and Student's t.
 //!
 //! No model of filtered signals is right where a wheel starts or stops: nine tenths of what it gets
-//! wrong is in a tenth of the rows. Those have an error of their own, a spike, and do not speak for
-//! the memory of the rest.
+//! wrong is in a tenth of the rows. These have a further error, a spike, and tell nothing of the
+//! memory of the others.
 
 use nalgebra::{DMatrix, DVector};
 use numerics::robust::{quantile, scale};
@@ -26,7 +26,7 @@ pub struct Told<'a> {
     /// Predicted power, W.
     pub power: &'a [f64],
     /// What is left of the measured one, W.
-    pub left: &'a [f64],
+    pub residual: &'a [f64],
 }
 
 /// What the rows of a run scatter.
@@ -82,7 +82,7 @@ impl Noise {
     fn round(&mut self, runs: &[Told<'_>], jerks: &[Vec<f64>], last: bool) -> Option<()> {
         let scaled: Vec<Vec<f64>> = runs
             .iter()
-            .map(|run| run.left.iter().zip(run.power).map(|(x, p)| x / self.scale(*p)).collect())
+            .map(|run| run.residual.iter().zip(run.power).map(|(x, p)| x / self.scale(*p)).collect())
             .collect();
         let quiet: Vec<Vec<bool>> =
             jerks.iter().map(|jerk| jerk.iter().map(|j| *j < self.edges[0]).collect()).collect();
@@ -119,10 +119,10 @@ impl Noise {
         }
         let usual = self.innovation.powi(2);
         let knots: Vec<f64> = self.scales.iter().map(|(power, _)| *power).collect();
-        for (place, own) in self.scales.iter_mut().enumerate() {
+        for (place, (_, scale)) in self.scales.iter_mut().enumerate() {
             let of_level = innovations.iter().filter(|(power, _)| nearest(&knots, *power) == place);
             let (sum, count) = mean(&mut of_level.map(|(_, z)| *z));
-            own.1 *= ((sum + LEVEL_ROWS * usual) / (count + LEVEL_ROWS) / usual).sqrt();
+            *scale *= ((sum + LEVEL_ROWS * usual) / (count + LEVEL_ROWS) / usual).sqrt();
         }
         Some(())
     }
@@ -230,14 +230,14 @@ pub fn innovation(memory: &[f64], x: &[f64], t: usize) -> f64 {
 /// How fast a power changes and bends near each row.
 fn jerk(power: &[f64]) -> Vec<f64> {
     let at = |t: isize| power[t.clamp(0, power.len() as isize - 1) as usize];
-    let own: Vec<f64> = (0..power.len() as isize)
+    let changes: Vec<f64> = (0..power.len() as isize)
         .map(|t| {
             let (slope, bend) = (0.5 * (at(t + 1) - at(t - 1)), at(t + 1) - 2.0 * at(t) + at(t - 1));
             0.3 * slope.abs() + bend.abs()
         })
         .collect();
-    let near = |t: usize| &own[t.saturating_sub(1)..(t + 2).min(own.len())];
-    (0..own.len()).map(|t| near(t).iter().copied().fold(0.0, f64::max)).collect()
+    let near = |t: usize| &changes[t.saturating_sub(1)..(t + 2).min(changes.len())];
+    (0..changes.len()).map(|t| near(t).iter().copied().fold(0.0, f64::max)).collect()
 }
 
 fn nearest(knots: &[f64], value: f64) -> usize {
@@ -249,12 +249,12 @@ fn nearest(knots: &[f64], value: f64) -> usize {
 /// of its spectrum is held at next to nothing.
 fn yule_walker(lags: &[f64]) -> Option<Vec<f64>> {
     let order = lags.len() - 1;
-    let own = DMatrix::from_fn(order, order, |i, j| lags[i.abs_diff(j)]).symmetric_eigen();
+    let eigen = DMatrix::from_fn(order, order, |i, j| lags[i.abs_diff(j)]).symmetric_eigen();
     let right = DVector::from_column_slice(&lags[1..]);
-    let along = own.eigenvectors.tr_mul(&right);
+    let along = eigen.eigenvectors.tr_mul(&right);
     let least = 1e-3 * lags[0];
-    let divided = DVector::from_fn(order, |i, _| along[i] / own.eigenvalues[i].max(least));
-    let memory = own.eigenvectors * divided;
+    let divided = DVector::from_fn(order, |i, _| along[i] / eigen.eigenvalues[i].max(least));
+    let memory = eigen.eigenvectors * divided;
     memory.iter().all(|a| a.is_finite()).then(|| memory.as_slice().to_vec())
 }
 

@@ -31,27 +31,27 @@ pub struct Posterior {
 }
 
 impl Posterior {
-    /// By evidences over none. That something is new is told by all runs as they are; what it is,
-    /// by [weights](bagged) of the field runs.
+    /// By evidences over none. All runs as they are tell whether something is new;
+    /// [weights](bagged) of the field runs tell what it is.
     pub fn of(scored: &[Scored], other: &Other) -> Self {
         let mut effects = Cause::all(scored);
         let each = ((1.0 - NONE - ELSE) / effects.len().max(1) as f64).ln();
         let runs = other.by_run.len();
-        let by_run = |own: &Cause| match &scored[own.best].by_run[..] {
+        let by_run = |cause: &Cause| match &scored[cause.best].by_run[..] {
             // Far behind: about as much of each run.
-            [] => vec![own.evidence / runs as f64; runs],
+            [] => vec![cause.evidence / runs as f64; runs],
             asked => asked.to_vec(),
         };
         let by_run: Vec<Vec<f64>> = effects.iter().map(by_run).chain([other.by_run.clone()]).collect();
-        let values = effects.iter().map(|own| own.evidence + each).chain([ELSE.ln() + other.evidence]);
+        let values = effects.iter().map(|cause| cause.evidence + each).chain([ELSE.ln() + other.evidence]);
         let values: Vec<f64> = values.collect();
         let total = log_sum(values.iter().copied().chain([NONE.ln()]));
         let none = (NONE.ln() - total).exp();
         let causes: Vec<(f64, &[f64])> = values.into_iter().zip(by_run.iter().map(Vec::as_slice)).collect();
         let mut shares = bagged::shares(&causes);
         let something_else = (1.0 - none) * shares.pop().unwrap_or(0.0);
-        for (own, share) in effects.iter_mut().zip(shares) {
-            own.probability = (1.0 - none) * share;
+        for (cause, share) in effects.iter_mut().zip(shares) {
+            cause.probability = (1.0 - none) * share;
         }
         effects.sort_by(|a, b| b.probability.total_cmp(&a.probability));
         Self { none, something_else, effects }
@@ -63,13 +63,13 @@ impl Posterior {
         if self.none > 1.0 - SURE {
             return (Verdict::None, Vec::new());
         }
-        let effects = self.effects.iter().map(|own| (own.probability, Some(own)));
+        let effects = self.effects.iter().map(|cause| (cause.probability, Some(cause)));
         let mut all: Vec<(f64, Option<&Cause>)> = effects.chain([(self.something_else, None)]).collect();
         all.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let mut left = SURE * (1.0 - self.none);
+        let mut remaining = SURE * (1.0 - self.none);
         let is_wanted = |(probability, _): &(f64, _)| {
-            let wanted = left > 0.0;
-            left -= probability;
+            let wanted = remaining > 0.0;
+            remaining -= probability;
             wanted
         };
         let set: Vec<Option<&Cause>> =
@@ -86,7 +86,7 @@ impl Posterior {
 impl Cause {
     /// Each cause of some ways.
     pub fn all(scored: &[Scored]) -> Vec<Self> {
-        let mut ids: Vec<&str> = scored.iter().map(|own| own.way.candidate.id.as_str()).collect();
+        let mut ids: Vec<&str> = scored.iter().map(|each| each.way.candidate.id.as_str()).collect();
         ids.sort_unstable();
         ids.dedup();
         ids.iter().filter_map(|id| Self::of(id, scored)).collect()
@@ -94,16 +94,16 @@ impl Cause {
 
     /// Families of its ways are as likely as each other, and ways within one.
     fn of(id: &str, scored: &[Scored]) -> Option<Self> {
-        let own: Vec<usize> = (0..scored.len()).filter(|&k| scored[k].way.candidate.id == id).collect();
-        let best = own.iter().copied().max_by(|a, b| scored[*a].evidence.total_cmp(&scored[*b].evidence))?;
-        let mut left = own;
+        let mut rest: Vec<usize> = (0..scored.len()).filter(|&k| scored[k].way.candidate.id == id).collect();
+        let best = rest.iter().copied().max_by(|a, b| scored[*a].evidence.total_cmp(&scored[*b].evidence))?;
         let mut families = Vec::new();
-        while let Some(&first) = left.first() {
-            let (same, other): (Vec<usize>, Vec<usize>) = left.iter().partition(|&&k| {
-                scored[k].in_runs == scored[first].in_runs && scored[k].way.is_of_family(&scored[first].way)
+        while let Some(&first) = rest.first() {
+            let (same, other): (Vec<usize>, Vec<usize>) = rest.iter().partition(|&&k| {
+                scored[k].in_single_runs == scored[first].in_single_runs
+                    && scored[k].way.is_of_family(&scored[first].way)
             });
             families.push(log_mean(same.iter().map(|&k| scored[k].evidence)));
-            left = other;
+            rest = other;
         }
         Some(Self { id: id.to_owned(), evidence: log_mean(families), probability: 0.0, best })
     }
@@ -126,8 +126,8 @@ mod tests {
     #[test]
     fn the_smallest_sure_set_is_the_verdict() {
         let verdict = |none, other, effects: &[(&str, f64)]| {
-            let own = posterior(none, other, effects);
-            let (verdict, names) = own.verdict();
+            let posterior = posterior(none, other, effects);
+            let (verdict, names) = posterior.verdict();
             (verdict, names.iter().map(|cause| cause.id.clone()).collect::<Vec<_>>())
         };
         assert_eq!(verdict(0.01, 0.01, &[("a", 0.96), ("b", 0.02)]), (Verdict::Named, vec!["a".to_owned()]));
@@ -138,7 +138,7 @@ mod tests {
         assert_eq!(verdict(0.0, 0.07, &[("a", 0.93)]).0, Verdict::Unexplained);
         assert_eq!(verdict(0.0, 0.98, &[("a", 0.02)]).0, Verdict::Unexplained);
         assert_eq!(verdict(0.03, 0.0, &[("a", 0.955), ("b", 0.015)]).0, Verdict::Named);
-        // That something is new is sure: of what it may be, none is no part.
+        // Something new is sure: the set is of what it may be, and none is not in it.
         let tie = verdict(0.04, 0.0, &[("a", 0.50), ("b", 0.44), ("c", 0.02)]);
         assert_eq!(tie, (Verdict::Ambiguous, vec!["a".to_owned(), "b".to_owned()]));
     }

@@ -19,7 +19,7 @@ pub struct Precision {
     /// Whether the past of each row is known: 1 or 0.
     known: Vec<f64>,
     /// Q: row and what lies behind it.
-    own: Band,
+    autoregression: Band,
     /// The lower factor of Q + V⁻¹: row and what lies before it.
     factor: Band,
 }
@@ -27,7 +27,7 @@ pub struct Precision {
 impl Precision {
     /// Of normal rows.
     pub(super) fn new(noise: &Noise, scales: Vec<f64>, spikes: Vec<f64>, known: Vec<f64>) -> Self {
-        let mut precision = Self { scales, spikes, known, own: Vec::new(), factor: Vec::new() };
+        let mut precision = Self { scales, spikes, known, autoregression: Vec::new(), factor: Vec::new() };
         let weights = precision.known.clone();
         precision.weigh(noise, &weights);
         precision
@@ -37,15 +37,15 @@ impl Precision {
     fn weigh(&mut self, noise: &Noise, weights: &[f64]) {
         let count = self.scales.len();
         let mut filter = [1.0; ORDER + 1];
-        for (own, a) in filter[1..].iter_mut().zip(&noise.memory) {
-            *own = -a;
+        for (tap, a) in filter[1..].iter_mut().zip(&noise.memory) {
+            *tap = -a;
         }
-        let mut own = vec![[0.0; ORDER + 1]; count];
+        let mut band = vec![[0.0; ORDER + 1]; count];
         for t in (0..count).filter(|&t| weights[t] > 0.0) {
             let weight = weights[t] / noise.modelled.powi(2);
             for i in 0..=ORDER {
                 for j in 0..=i {
-                    own[t - i][i - j] += weight * filter[i] * filter[j];
+                    band[t - i][i - j] += weight * filter[i] * filter[j];
                 }
             }
         }
@@ -53,7 +53,7 @@ impl Precision {
         for t in 0..count {
             for l in (0..=ORDER.min(t)).rev() {
                 let column = t - l;
-                let mut sum = own[column][l] + if l == 0 { 1.0 / self.spikes[t] } else { 0.0 };
+                let mut sum = band[column][l] + if l == 0 { 1.0 / self.spikes[t] } else { 0.0 };
                 for k in 1..=ORDER - l {
                     if k <= column {
                         sum -= factor[t][l + k] * factor[column][k];
@@ -63,12 +63,12 @@ impl Precision {
                     if l == 0 { sum.max(f64::MIN_POSITIVE).sqrt() } else { sum / factor[column][0] };
             }
         }
-        (self.own, self.factor) = (own, factor);
+        (self.autoregression, self.factor) = (band, factor);
     }
 
     /// Weights of Student's t by what is left of the rows.
-    pub(super) fn weigh_by(&mut self, noise: &Noise, left: &[f64]) {
-        let x: Vec<f64> = left.iter().zip(&self.scales).map(|(x, scale)| x / scale).collect();
+    pub(super) fn weigh_by(&mut self, noise: &Noise, residual: &[f64]) {
+        let x: Vec<f64> = residual.iter().zip(&self.scales).map(|(x, scale)| x / scale).collect();
         let mut spikes = self.times(&x);
         self.solve(&mut spikes);
         let smooth: Vec<f64> = x.iter().zip(&spikes).map(|(x, spike)| x - spike).collect();
@@ -84,7 +84,7 @@ impl Precision {
     /// Q x.
     fn times(&self, x: &[f64]) -> Vec<f64> {
         let mut out = vec![0.0; x.len()];
-        for (t, band) in self.own.iter().enumerate() {
+        for (t, band) in self.autoregression.iter().enumerate() {
             out[t] += band[0] * x[t];
             for (l, value) in band.iter().enumerate().skip(1) {
                 if t + l < x.len() {
@@ -116,12 +116,12 @@ impl Precision {
         let mut out = columns.clone();
         for mut column in out.column_iter_mut() {
             let x: Vec<f64> = column.iter().zip(&self.scales).map(|(x, scale)| x / scale).collect();
-            let own = self.times(&x);
-            let mut spikes = own.clone();
+            let product = self.times(&x);
+            let mut spikes = product.clone();
             self.solve(&mut spikes);
             let taken = self.times(&spikes);
             for (t, value) in column.iter_mut().enumerate() {
-                *value = (own[t] - taken[t]) / self.scales[t];
+                *value = (product[t] - taken[t]) / self.scales[t];
             }
         }
         out

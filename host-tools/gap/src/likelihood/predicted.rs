@@ -9,19 +9,19 @@ use residuals::twin::{State, Twin};
 /// Step of a slope by a delay, s. Derived: small against a row, large against rounding.
 const STEP_S: f64 = 1e-3;
 
-/// A twin whose lag is kept apart.
+/// A twin whose clean delay is kept apart.
 #[derive(Debug, Clone, Copy)]
 pub struct Predicted<'a> {
-    /// Without any lag.
+    /// Without any delay.
     pub twin: Twin<'a>,
     /// By how much power is later than speed in clean runs already, s.
-    pub lag: f64,
+    pub clean_delay: f64,
 }
 
 impl<'a> Predicted<'a> {
-    /// Of a twin with its lag.
+    /// Of a twin with its clean delay.
     pub fn new(twin: Twin<'a>) -> Self {
-        Self { twin: Twin { clean_delay: 0.0, ..twin }, lag: twin.clean_delay }
+        Self { twin: Twin { clean_delay: 0.0, ..twin }, clean_delay: twin.clean_delay }
     }
 
     fn shifted(&self, values: &[f64], delay: f64) -> Vec<f64> {
@@ -32,8 +32,8 @@ impl<'a> Predicted<'a> {
     fn parted(&self, state: &State) -> (f64, State) {
         let is_delay = |(regressor, _): &&(Regressor, f64)| *regressor == Regressor::Delay;
         let delay: f64 = state.effects.iter().filter(is_delay).map(|(_, delay)| delay).sum();
-        let others = state.effects.iter().filter(|own| !is_delay(own)).cloned().collect();
-        (self.lag + delay, State { effects: others, ..state.clone() })
+        let others = state.effects.iter().filter(|effect| !is_delay(effect)).cloned().collect();
+        (self.clean_delay + delay, State { effects: others, ..state.clone() })
     }
 
     /// Power of one run, W.

@@ -19,17 +19,8 @@ use residuals::problem::open::precision;
 use residuals::twin::{State, Twin};
 use residuals::types::Base;
 
-/// Rounds of the noise and what the rest leaves for it.
+/// Added to the diagonal of scaled products, so that [`weigh`]'s columns may be alike.
 const RIDGE: f64 = 1e-4;
-
-/// What lives in one run: its mass, and a step at each of some times.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Own {
-    /// Unit of the mass.
-    pub mass_unit: f64,
-    /// Times, s.
-    pub times: Vec<f64>,
-}
 
 /// One run.
 #[derive(Debug, Clone)]
@@ -44,8 +35,10 @@ pub struct RunProducts {
     solved: DMatrix<f64>,
     /// Sums of products, in variances of the noise.
     pub products: DMatrix<f64>,
-    /// What lives in it alone.
-    pub own: Own,
+    /// Unit of its mass.
+    pub mass_unit: f64,
+    /// Times of steps that are tried in it alone, s.
+    pub step_times: Vec<f64>,
 }
 
 /// All runs: those in question, then clean ones.
@@ -119,7 +112,7 @@ impl<'a> Posed<'a> {
             }
         }
         let thin = |run: usize, values: &[f64]| kept[run].thin(values);
-        let left: Signal = (0..runs.len())
+        let residual: Signal = (0..runs.len())
             .map(|run| {
                 let rows = runs[run].rows.iter().zip(&power[run]);
                 thin(run, &rows.map(|(row, predicted)| row.power - predicted).collect::<Vec<_>>())
@@ -130,9 +123,9 @@ impl<'a> Posed<'a> {
                 let slopes = free.base_slopes(run, start_of(run), parameters);
                 let more = free.slopes(run, start_of(run), &regressors);
                 // How large what is known is stays open.
-                let own: Vec<Regressor> = known.iter().map(|(regressor, _)| regressor.clone()).collect();
-                let own = predicted.slopes(run, &start, &own);
-                let all = slopes.into_iter().chain(more).chain(own);
+                let effects: Vec<Regressor> = known.iter().map(|(regressor, _)| regressor.clone()).collect();
+                let of_known = predicted.slopes(run, &start, &effects);
+                let all = slopes.into_iter().chain(more).chain(of_known);
                 all.map(|values| thin(run, &values)).collect()
             })
             .collect();
@@ -144,12 +137,12 @@ impl<'a> Posed<'a> {
             .collect();
         let told = |run: &usize| runs[*run].clean || !has_clean;
         let places: Vec<usize> = (0..runs.len()).filter(told).collect();
-        let rough = few_columns(&places, &left, &bases, &functions, &thin_power)?;
+        let rough = few_columns(&places, &residual, &bases, &functions, &thin_power)?;
         let noise = Noise::told(
             &places
                 .iter()
                 .zip(&rough)
-                .map(|(&run, left)| Told { kept: &kept[run], power: &thin_power[run], left })
+                .map(|(&run, residual)| Told { kept: &kept[run], power: &thin_power[run], residual })
                 .collect::<Vec<_>>(),
         )?;
         let lengths: Vec<f64> = runs
@@ -160,10 +153,10 @@ impl<'a> Posed<'a> {
         let mut ways = ways(list, removed, &lengths, base.torque.supplied_rolling());
         let slips = !twin.runs.robot.conditioning().slip.is_off();
         let switches = switched(slips, base.torque.supplied_rolling());
-        let columns: Vec<(DMatrix<f64>, Own)> = (0..runs.len())
+        let columns: Vec<(DMatrix<f64>, Vec<f64>)> = (0..runs.len())
             .into_par_iter()
             .map(|run| {
-                let mut all: Vec<Vec<f64>> = vec![left[run].clone()];
+                let mut all: Vec<Vec<f64>> = vec![residual[run].clone()];
                 all.extend(bases[run].iter().cloned());
                 all.extend(functions[run].iter().cloned());
                 for way in &ways {
@@ -171,16 +164,16 @@ impl<'a> Posed<'a> {
                     all.extend(slopes.iter().map(|slope| kept[run].thin(slope)));
                 }
                 let length = runs[run].rows.last().map_or(0.0, |row| row.time);
-                let mut own = Own { mass_unit: 1.0, times: Vec::new() };
+                let mut step_times = Vec::new();
                 if !runs[run].clean {
-                    own.times = times(length);
+                    step_times = times(length);
                     let alone = |what: Switched, time: f64| {
                         let mut times = vec![f64::INFINITY; runs.len()];
                         times[run] = time;
                         Regressor::Switch(what, times.into())
                     };
                     let steps = switches.iter().flat_map(|(what, _)| {
-                        own.times.iter().map(|time| alone(*what, *time)).collect::<Vec<_>>()
+                        step_times.iter().map(|time| alone(*what, *time)).collect::<Vec<_>>()
                     });
                     let regressors: Vec<Regressor> =
                         [Regressor::Mass(run)].into_iter().chain(steps).collect();
@@ -188,11 +181,11 @@ impl<'a> Posed<'a> {
                     all.extend(slopes.iter().map(|slope| kept[run].thin(slope)));
                 }
                 let rows = kept[run].rows.len();
-                (DMatrix::from_iterator(rows, all.len(), all.into_iter().flatten()), own)
+                (DMatrix::from_iterator(rows, all.len(), all.into_iter().flatten()), step_times)
             })
             .collect();
         let shape = Shape { base: bases.first()?.len(), functions: signals.len() };
-        let (mut matrices, mut owns): (Vec<_>, Vec<_>) = columns.into_iter().unzip();
+        let (mut matrices, step_times): (Vec<_>, Vec<_>) = columns.into_iter().unzip();
         let is_field = |run: &usize| !runs[*run].clean;
         let field: Vec<usize> = (0..runs.len()).filter(is_field).collect();
         let everywhere: Vec<usize> = (0..runs.len()).collect();
@@ -206,13 +199,12 @@ impl<'a> Posed<'a> {
             way.units.copy_from_slice(&units[range]);
         }
         let mass_place = first + count;
+        let mut mass_units = vec![1.0; runs.len()];
         for &run in &field {
-            owns[run].mass_unit = scale(&mut matrices, &[run], mass_place..mass_place + 1, noise.std_w)[0];
+            mass_units[run] = scale(&mut matrices, &[run], mass_place..mass_place + 1, noise.std_w)[0];
         }
-        let mut switch_units = Vec::new();
-        for place in 0..switches.len() {
-            switch_units.push(scale_steps(&mut matrices, &field, &owns, mass_place + 1, place, noise.std_w));
-        }
+        let unit = |kind| scale_steps(&mut matrices, &field, &step_times, mass_place + 1, kind, noise.std_w);
+        let switch_units = (0..switches.len()).map(unit).collect();
         let prior = if has_clean {
             DMatrix::from_diagonal_element(shape.base, shape.base, LOOSE)
         } else {
@@ -225,7 +217,7 @@ impl<'a> Posed<'a> {
         let mut order = groups.clone();
         order.sort_unstable();
         order.dedup();
-        let groups = groups.iter().map(|group| order.iter().position(|own| own == group).unwrap_or(0));
+        let groups = groups.iter().map(|group| order.iter().position(|other| other == group).unwrap_or(0));
         let moving: Vec<f64> = runs
             .iter()
             .zip(&power)
@@ -236,11 +228,13 @@ impl<'a> Posed<'a> {
         let usual = moving.iter().sum::<f64>() / moving.len().max(1) as f64;
         let mut runs: Vec<RunProducts> = matrices
             .into_par_iter()
-            .zip(owns)
+            .zip(step_times)
             .enumerate()
-            .map(|(run, (columns, own))| {
+            .map(|(run, (columns, step_times))| {
                 let precision = noise.precision(&kept[run], &thin_power[run]);
-                RunProducts::new(kept[run].clone(), columns, precision, own, shape)
+                let (solved, products) = solved_products(&columns, &precision, shape);
+                let (kept, mass_unit) = (kept[run].clone(), mass_units[run]);
+                RunProducts { kept, columns, precision, solved, products, mass_unit, step_times }
             })
             .collect();
         if noise.information() < 1.0 {
@@ -278,53 +272,57 @@ impl<'a> Posed<'a> {
         !self.twin.runs.runs[run].clean
     }
 
-    /// Where the columns that live in single runs begin: the mass, then the steps.
-    pub fn own_first(&self) -> usize {
+    /// The column of a run's mass, the first of those that live in it alone; its steps follow.
+    pub fn mass_column(&self) -> usize {
         self.shape.further() + self.ways.iter().map(|way| way.units.len()).sum::<usize>()
     }
 
     /// Columns of a run's own steps of one kind.
     pub fn steps(&self, run: usize, kind: usize) -> std::ops::Range<usize> {
-        let count = self.runs[run].own.times.len();
-        let first = self.own_first() + 1 + kind * count;
+        let count = self.runs[run].step_times.len();
+        let first = self.mass_column() + 1 + kind * count;
         first..first + count
     }
 }
 
 impl RunProducts {
-    fn new(kept: Kept, columns: DMatrix<f64>, precision: Precision, own: Own, shape: Shape) -> Self {
-        let solved = precision.inverse_times(&columns);
-        let products = columns.transpose() * &solved;
-        let solved = solved.columns(0, shape.further()).into_owned();
-        Self { kept, columns, precision, solved, products, own }
-    }
-
     /// Sums of products of what was measured and further columns anew, base and functions as they
     /// were.
     pub fn with(&self, columns: &DMatrix<f64>, shape: Shape) -> DMatrix<f64> {
         let (old, new) = (shape.further() - 1, columns.ncols());
-        let own = columns.transpose() * self.precision.inverse_times(columns);
+        let inner = columns.transpose() * self.precision.inverse_times(columns);
         let cross = self.solved.columns(1, old).transpose() * columns;
         let mut all = DMatrix::zeros(old + new, old + new);
         all.view_mut((1, 1), (old, old)).copy_from(&self.products.view((1, 1), (old, old)));
-        all[(0, 0)] = own[(0, 0)];
+        all[(0, 0)] = inner[(0, 0)];
         all.view_mut((1, 0), (old, 1)).copy_from(&cross.columns(0, 1));
         all.view_mut((0, 1), (1, old)).copy_from(&cross.columns(0, 1).transpose());
         let (first, further) = (shape.further(), new - 1);
         all.view_mut((1, first), (old, further)).copy_from(&cross.columns(1, further));
         all.view_mut((first, 1), (further, old)).copy_from(&cross.columns(1, further).transpose());
-        all.view_mut((0, first), (1, further)).copy_from(&own.view((0, 1), (1, further)));
-        all.view_mut((first, 0), (further, 1)).copy_from(&own.view((1, 0), (further, 1)));
-        all.view_mut((first, first), (further, further)).copy_from(&own.view((1, 1), (further, further)));
+        all.view_mut((0, first), (1, further)).copy_from(&inner.view((0, 1), (1, further)));
+        all.view_mut((first, 0), (further, 1)).copy_from(&inner.view((1, 0), (further, 1)));
+        all.view_mut((first, first), (further, further)).copy_from(&inner.view((1, 1), (further, further)));
         all
     }
 }
 
-/// What base and some functions leave of the runs that tell of the noise. Few: what is fitted to
-/// six runs takes their memory along.
+/// Precision times measured, base and functions, and sums of products.
+fn solved_products(
+    columns: &DMatrix<f64>,
+    precision: &Precision,
+    shape: Shape,
+) -> (DMatrix<f64>, DMatrix<f64>) {
+    let solved = precision.inverse_times(columns);
+    let products = columns.transpose() * &solved;
+    (solved.columns(0, shape.further()).into_owned(), products)
+}
+
+/// What base and a few functions leave of the runs that tell of the noise. More functions, fitted
+/// to six runs, would take their memory along.
 fn few_columns(
     places: &[usize],
-    left: &Signal,
+    residual: &Signal,
     bases: &[Vec<Vec<f64>>],
     functions: &[Vec<Vec<f64>>],
     power: &Signal,
@@ -335,7 +333,7 @@ fn few_columns(
         .iter()
         .map(|&run| {
             let few = FEW.iter().filter_map(|place| functions[run].get(*place));
-            let columns: Vec<&Vec<f64>> = [&left[run]].into_iter().chain(&bases[run]).chain(few).collect();
+            let columns: Vec<_> = [&residual[run]].into_iter().chain(&bases[run]).chain(few).collect();
             DMatrix::from_fn(power[run].len(), columns.len(), |row, column| columns[column][row])
         })
         .collect();
@@ -344,7 +342,7 @@ fn few_columns(
         sum += run.transpose() * run;
     }
     let values = least_squares(&sum, 1e-9)?;
-    Some(all.iter().map(|run| left_of(run, &values)).collect())
+    Some(all.iter().map(|run| residual_of(run, &values)).collect())
 }
 
 /// Coefficients of all columns but the first, whose squares they make least; by scaled products
@@ -361,7 +359,7 @@ fn least_squares(products: &DMatrix<f64>, ridge: f64) -> Option<nalgebra::DVecto
     Some(values)
 }
 
-fn left_of(columns: &DMatrix<f64>, values: &nalgebra::DVector<f64>) -> Vec<f64> {
+fn residual_of(columns: &DMatrix<f64>, values: &nalgebra::DVector<f64>) -> Vec<f64> {
     let fit = columns.columns(1, values.len()) * values;
     (columns.column(0) - fit).as_slice().to_vec()
 }
@@ -387,27 +385,27 @@ fn scale(
     units
 }
 
-/// The same of the steps of one kind: a unit is that of the first one, which is there longest.
+/// The same of the steps of one kind, by each run's first one, which lasts longest; their unit.
 fn scale_steps(
     matrices: &mut [DMatrix<f64>],
     field: &[usize],
-    owns: &[Own],
+    step_times: &[Vec<f64>],
     first: usize,
     kind: usize,
     std_w: f64,
 ) -> f64 {
     let (mut square, mut rows) = (0.0, 0.0);
-    for &run in field.iter().filter(|&&run| !owns[run].times.is_empty()) {
-        let column = matrices[run].column(first + kind * owns[run].times.len());
+    for &run in field.iter().filter(|&&run| !step_times[run].is_empty()) {
+        let column = matrices[run].column(first + kind * step_times[run].len());
         square += column.norm_squared();
         rows += column.len() as f64;
     }
     let unit = (square / f64::max(rows, 1.0)).sqrt() / std_w;
     let unit = if unit > 0.0 && unit.is_finite() { unit } else { 1.0 };
     for &run in field {
-        let count = owns[run].times.len();
-        let mut own = matrices[run].columns_mut(first + kind * count, count);
-        own.unscale_mut(unit);
+        let count = step_times[run].len();
+        let mut steps = matrices[run].columns_mut(first + kind * count, count);
+        steps.unscale_mut(unit);
     }
     unit
 }
@@ -429,16 +427,10 @@ fn weigh(
         }
         let Some(values) = least_squares(&sum, RIDGE) else { continue };
         for &run in &places {
-            let own = &mut runs[run];
-            let left = left_of(&own.columns, &values);
-            own.precision.weigh_by(noise, &left);
-            *own = RunProducts::new(
-                own.kept.clone(),
-                own.columns.clone(),
-                own.precision.clone(),
-                own.own.clone(),
-                shape,
-            );
+            let run = &mut runs[run];
+            let residual = residual_of(&run.columns, &values);
+            run.precision.weigh_by(noise, &residual);
+            (run.solved, run.products) = solved_products(&run.columns, &run.precision, shape);
         }
     }
 }

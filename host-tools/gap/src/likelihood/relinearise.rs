@@ -39,19 +39,19 @@ pub fn about(posed: &Posed<'_>, scales: &Scales, way: &Way, start: &[f64]) -> Op
         let runs = marginals(posed, scales, &products, middle.scale)?;
         let reduced = reduce(&totals(posed, &runs), posed.shape, &scales.variances, middle.form)?;
         let (next, covariance) = way.likeliest(&reduced, &scales.sizes)?;
-        let left = DVector::from_vec(next) - &coefficients;
-        // Steps to and fro, as where a wheel begins to brake, end between.
-        if left.dot(&last) < 0.0 {
+        let change = DVector::from_vec(next) - &coefficients;
+        // Steps go to and fro where a wheel begins to brake; shorter ones end between.
+        if change.dot(&last) < 0.0 {
             share *= 0.5;
         }
-        last = share * &left;
+        last = share * &change;
         let moves = last.iter().enumerate().map(|(k, by)| by.abs() / covariance[(k, k)].sqrt());
         if moves.fold(0.0, f64::max) > BENT_SETTLED && step < BENT_STEPS {
             coefficients += &last;
             continue;
         }
-        // What the linear model promises beyond this size, nobody has seen.
-        let unseen = 0.5 * left.dot(&Cholesky::new(covariance.clone())?.solve(&left));
+        // The gain that the linear model promises beyond this size is taken off: no row shows it.
+        let unseen = 0.5 * change.dot(&Cholesky::new(covariance.clone())?.solve(&change));
         let size = size(way, coefficients.as_slice());
         let count = posed.shape.functions as f64;
         let totals: Vec<Option<Totals>> = (0..RUN_SCALES.len())
@@ -59,13 +59,13 @@ pub fn about(posed: &Posed<'_>, scales: &Scales, way: &Way, start: &[f64]) -> Op
             .collect();
         let value = |totals: &Totals, case: usize, share: f64| {
             let form = scales.cases[case].form + (share * size).powi(2) / count;
-            let own = reduce(totals, posed.shape, &scales.variances, form)?;
-            Some(way.gain(&own, &scales.sizes) - 0.5 * own.minus_two_log)
+            let reduced = reduce(totals, posed.shape, &scales.variances, form)?;
+            Some(way.gain(&reduced, &scales.sizes) - 0.5 * reduced.minus_two_log)
         };
         let of_case = |case: usize| {
             let totals = totals[scales.cases[case].scale].as_ref();
             FORM_ERRORS
-                .map(|share| totals.and_then(|own| value(own, case, share)).unwrap_or(f64::NEG_INFINITY))
+                .map(|share| totals.and_then(|sums| value(sums, case, share)).unwrap_or(f64::NEG_INFINITY))
         };
         let values: Vec<_> = (0..scales.cases.len()).map(of_case).collect();
         let evidence = scales.over_none(|case| log_mean(values[case])) - unseen;
@@ -79,31 +79,31 @@ pub fn about(posed: &Posed<'_>, scales: &Scales, way: &Way, start: &[f64]) -> Op
     None
 }
 
-/// The delay in a range from which steps lead to the likeliest one: the best of a grid, what
-/// differs between runs left aside.
+/// The likeliest delay of a grid, what differs between runs left aside: steps lead from it to the
+/// likeliest of all.
 pub fn delay(posed: &Posed<'_>, scales: &Scales, (low, high): (f64, f64)) -> f64 {
     let step = (DELAY_STEPS * posed.twin.runs.robot.cutoff_hz()).recip();
     let count = (high / step) as i32;
     let powers: Vec<Vec<f64>> =
         (0..posed.runs.len()).map(|run| posed.predicted.power(run, &posed.start)).collect();
-    let left = |delay: f64| {
+    let misfit = |delay: f64| {
         let runs = (0..posed.runs.len()).map(|run| {
-            let own = &posed.runs[run];
+            let products = &posed.runs[run];
             let shift = if posed.is_field(run) { delay } else { 0.0 };
             let late = later(&powers[run], shift, posed.twin.runs.period_s);
             let rows = posed.twin.runs.runs[run].rows.iter().zip(&late);
-            let left = own.kept.thin(&rows.map(|(row, at)| row.power - at).collect::<Vec<_>>());
-            let columns = DMatrix::from_column_slice(left.len(), 1, &left);
-            Marginal { products: own.with(&columns, posed.shape), log_det: 0.0 }
+            let residual = products.kept.thin(&rows.map(|(row, at)| row.power - at).collect::<Vec<_>>());
+            let columns = DMatrix::from_column_slice(residual.len(), 1, &residual);
+            Marginal { products: products.with(&columns, posed.shape), log_det: 0.0 }
         });
         let runs: Vec<Marginal> = runs.collect();
-        let totals = Totals::of(posed.shape, runs.iter().map(|own| (true, own)));
+        let totals = Totals::of(posed.shape, runs.iter().map(|run| (true, run)));
         let reduced = reduce(&totals, posed.shape, &scales.variances, 0.0);
-        reduced.map_or(f64::INFINITY, |own| own.minus_two_log)
+        reduced.map_or(f64::INFINITY, |reduced| reduced.minus_two_log)
     };
     let grid = (-count..=count).map(|k| step * f64::from(k)).filter(|delay| *delay >= low);
     let each: Vec<(f64, f64)> =
-        grid.collect::<Vec<_>>().into_par_iter().map(|delay| (delay, left(delay))).collect();
+        grid.collect::<Vec<_>>().into_par_iter().map(|delay| (delay, misfit(delay))).collect();
     each.into_iter().min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0.0, |best| best.0)
 }
 
@@ -111,14 +111,14 @@ pub fn delay(posed: &Posed<'_>, scales: &Scales, (low, high): (f64, f64)) -> f64
 pub fn units(posed: &Posed<'_>, way: &Way, coefficients: &[f64]) -> Vec<f64> {
     let field: Vec<usize> = (0..posed.runs.len()).filter(|&run| posed.is_field(run)).collect();
     let of_run = |&run: &usize| {
-        let own = &posed.runs[run];
+        let products = &posed.runs[run];
         let power = vec![0.0; posed.twin.runs.runs[run].rows.len()];
-        columns(&posed.predicted, &posed.start, own, run, way, coefficients, &power)
+        columns(&posed.predicted, &posed.start, products, run, way, coefficients, &power)
     };
     let all: Vec<DMatrix<f64>> = field.par_iter().map(of_run).collect();
-    let rows: f64 = all.iter().map(|own| own.nrows() as f64).sum();
+    let rows: f64 = all.iter().map(|columns| columns.nrows() as f64).sum();
     let rms = |k: usize| {
-        let sum: f64 = all.iter().map(|own| own.column(1 + k).norm_squared()).sum();
+        let sum: f64 = all.iter().map(|columns| columns.column(1 + k).norm_squared()).sum();
         (sum / rows.max(1.0)).sqrt() / posed.noise.std_w
     };
     (0..coefficients.len()).map(rms).map(|unit| if unit > 0.0 { unit } else { 1.0 }).collect()
@@ -128,17 +128,16 @@ pub fn units(posed: &Posed<'_>, way: &Way, coefficients: &[f64]) -> Vec<f64> {
 pub fn size(way: &Way, coefficients: &[f64]) -> f64 {
     let columns = coefficients.iter().zip(&way.units).zip(&way.candidate.regressors);
     let powers = columns.filter(|(_, regressor)| !matches!(regressor, Regressor::HalfSlip));
-    let sum: f64 = powers.map(|((c, unit), _)| (c * unit).powi(2)).sum();
-    sum.sqrt()
+    powers.map(|((c, unit), _)| (c * unit).powi(2)).sum::<f64>().sqrt()
 }
 
 /// Of each field run with the model linear about some coefficients.
 pub fn products(posed: &Posed<'_>, way: &Way, coefficients: &[f64]) -> Vec<Option<DMatrix<f64>>> {
     let of_run = |run: usize| {
         let measured: Vec<f64> = posed.twin.runs.runs[run].rows.iter().map(|row| row.power).collect();
-        let own = &posed.runs[run];
-        let columns = || columns(&posed.predicted, &posed.start, own, run, way, coefficients, &measured);
-        posed.is_field(run).then(|| own.with(&columns(), posed.shape))
+        let products = &posed.runs[run];
+        let columns = || columns(&posed.predicted, &posed.start, products, run, way, coefficients, &measured);
+        posed.is_field(run).then(|| products.with(&columns(), posed.shape))
     };
     (0..posed.runs.len()).into_par_iter().map(of_run).collect()
 }
@@ -147,7 +146,7 @@ pub fn products(posed: &Posed<'_>, way: &Way, coefficients: &[f64]) -> Vec<Optio
 pub fn columns(
     predicted: &Predicted<'_>,
     start: &State,
-    own: &RunProducts,
+    products: &RunProducts,
     run: usize,
     way: &Way,
     coefficients: &[f64],
@@ -158,15 +157,16 @@ pub fn columns(
     let state =
         State { torque: start.torque, effects: start.effects.iter().cloned().chain(effects).collect() };
     let at = predicted.power(run, &state);
-    let mut left = own.kept.thin(&power.iter().zip(&at).map(|(power, at)| power - at).collect::<Vec<_>>());
-    let mut columns = DMatrix::zeros(left.len(), 1 + regressors.len());
+    let residual: Vec<f64> = power.iter().zip(&at).map(|(power, at)| power - at).collect();
+    let mut residual = products.kept.thin(&residual);
+    let mut columns = DMatrix::zeros(residual.len(), 1 + regressors.len());
     for (k, slope) in predicted.slopes(run, &state, regressors).iter().enumerate() {
-        let slope = own.kept.thin(slope);
-        left.iter_mut().zip(&slope).for_each(|(left, slope)| *left += slope * coefficients[k]);
+        let slope = products.kept.thin(slope);
+        residual.iter_mut().zip(&slope).for_each(|(residual, slope)| *residual += slope * coefficients[k]);
         columns.column_mut(1 + k).copy_from_slice(&slope);
         columns.column_mut(1 + k).unscale_mut(way.units[k]);
     }
-    columns.column_mut(0).copy_from_slice(&left);
+    columns.column_mut(0).copy_from_slice(&residual);
     columns
 }
 
@@ -178,13 +178,14 @@ pub fn marginals(
     scale: usize,
 ) -> Option<Vec<Marginal>> {
     let variances = scales.run_variances(scale);
-    let of_run = |(run, own): (usize, &Option<DMatrix<f64>>)| match own {
-        Some(own) => Marginal::of(own, posed.shape, &variances),
+    let of_run = |(run, products): (usize, &Option<DMatrix<f64>>)| match products {
+        Some(products) => Marginal::of(products, posed.shape, &variances),
         None => Some(scales.marginals[scale][run].clone()),
     };
     products.iter().enumerate().map(of_run).collect()
 }
 
-fn totals(posed: &Posed<'_>, runs: &[Marginal]) -> Totals {
-    Totals::of(posed.shape, runs.iter().enumerate().map(|(run, own)| (posed.is_field(run), own)))
+/// Sums over the runs of a problem.
+pub fn totals(posed: &Posed<'_>, runs: &[Marginal]) -> Totals {
+    Totals::of(posed.shape, runs.iter().enumerate().map(|(run, marginal)| (posed.is_field(run), marginal)))
 }

@@ -61,15 +61,15 @@ impl<'a> Asked<'a> {
     /// Asks beside what is known; `None` where too few rows tell of the noise.
     pub fn round(&self, known: &[Known]) -> Option<Round<'a>> {
         let is_known = |id: &str| known.iter().any(|(candidate, _)| candidate.id == id);
-        let list: Vec<Candidate> = self.list.iter().filter(|own| !is_known(&own.id)).cloned().collect();
-        let removed = self.removed.iter().cloned().chain(known.iter().map(|(own, _)| own.id.clone()));
+        let list: Vec<Candidate> = self.list.iter().filter(|effect| !is_known(&effect.id)).cloned().collect();
+        let removed = self.removed.iter().cloned().chain(known.iter().map(|(effect, _)| effect.id.clone()));
         let removed: Vec<String> = removed.collect();
         let effects = state_of(self.base.0, known).effects;
         let slack = self.options.slack;
         let posed = Posed::new(self.twin, self.free, self.base, slack, &list, &removed, &effects)?;
         let scales = Scales::told(&posed)?;
         let mut scored = scored::ways(&posed, &scales);
-        scored.extend(scored::in_runs(&posed, &scales, &removed));
+        scored.extend(scored::of_single_runs(&posed, &scales, &removed));
         let covariances = bend(&posed, &scales, &mut scored);
         let other = scored::something_else(&posed, &scales);
         let posterior = Posterior::of(&scored, &other);
@@ -80,10 +80,11 @@ impl<'a> Asked<'a> {
             verdict = Verdict::Unexplained;
         }
         // Labels say nothing of what lives in single runs, or begins at times of their own.
-        let in_runs = names.first().is_some_and(|cause| scored[cause.best].in_runs);
-        let is_asked = verdict != Verdict::None && !in_runs;
-        let bent =
-            names.iter().filter(|cause| covariances[cause.best].is_some() && !scored[cause.best].in_runs);
+        let in_single_runs = names.first().is_some_and(|cause| scored[cause.best].in_single_runs);
+        let is_asked = verdict != Verdict::None && !in_single_runs;
+        let bent = names
+            .iter()
+            .filter(|cause| covariances[cause.best].is_some() && !scored[cause.best].in_single_runs);
         let bent: Vec<_> =
             bent.map(|cause| (&scored[cause.best].way, &scored[cause.best].coefficients[..])).collect();
         let (gate, note) = match is_asked.then(|| Gate::of(&posed, &bent, &scales, self.level)) {
@@ -123,8 +124,8 @@ impl Round<'_> {
     /// Each cause that is named, the likeliest first.
     pub fn named(&self) -> Vec<Known> {
         let of = |cause: &Cause| {
-            let own = &self.scored[cause.best];
-            (own.way.candidate.clone(), own.coefficients.clone())
+            let scored = &self.scored[cause.best];
+            (scored.way.candidate.clone(), scored.coefficients.clone())
         };
         self.names.iter().map(of).collect()
     }
@@ -132,15 +133,15 @@ impl Round<'_> {
     /// How much likelier a field run is with the first name told of the others, nats; `None` where
     /// it lives in single runs, which tell of no other.
     pub fn predictive(&self) -> Option<MeanInterval> {
-        let own = &self.scored[self.names.first()?.best];
-        (!own.in_runs && !own.by_run.is_empty()).then(|| mean_interval(&own.by_run))
+        let best = &self.scored[self.names.first()?.best];
+        (!best.in_single_runs && !best.by_run.is_empty()).then(|| mean_interval(&best.by_run))
     }
 
     /// Several effects at once, each as it is beside the others, and their covariance.
     pub fn together(&self, known: &[Known]) -> Option<(Vec<Known>, DMatrix<f64>)> {
         if let [only] = known {
-            let own = self.covariances[self.names.first()?.best].clone()?;
-            return Some((vec![only.clone()], own));
+            let covariance = self.covariances[self.names.first()?.best].clone()?;
+            return Some((vec![only.clone()], covariance));
         }
         let (first, _) = known.first()?;
         let effects = known.iter().flat_map(|(candidate, _)| candidate.regressors.iter().cloned());
@@ -151,31 +152,31 @@ impl Round<'_> {
         let way = Way { units: vec![1.0; start.len()], candidate, first: 0 };
         let way = Way { units: relinearise::units(&self.posed, &way, &start), ..way };
         let bent = relinearise::about(&self.posed, &self.scales, &way, &start)?;
-        let mut left = bent.coefficients.into_iter();
+        let mut remaining = bent.coefficients.into_iter();
         let with = |(candidate, coefficients): &Known| {
-            (candidate.clone(), left.by_ref().take(coefficients.len()).collect())
+            (candidate.clone(), remaining.by_ref().take(coefficients.len()).collect())
         };
         Some((known.iter().map(with).collect(), bent.covariance))
     }
 
     /// Every way with what it gains, the best first.
     pub fn record(&self) -> types::Round {
-        let status = |place: usize, own: &Scored| {
-            let rank = self.names.iter().position(|cause| cause.id == own.way.candidate.id);
+        let status = |place: usize, scored: &Scored| {
+            let rank = self.names.iter().position(|cause| cause.id == scored.way.candidate.id);
             let is_best = self.posterior.effects.iter().any(|cause| cause.best == place);
             match rank {
                 Some(0) if is_best => Status::Winner,
                 Some(rank) if rank > 0 && is_best => Status::Tie,
-                _ if own.evidence == f64::NEG_INFINITY => Status::Implausible,
+                _ if scored.evidence == f64::NEG_INFINITY => Status::Implausible,
                 _ => Status::Worse,
             }
         };
-        let of = |(place, own): (usize, &Scored)| types::Scored {
-            id: own.way.candidate.id.clone(),
-            detail: own.way.candidate.detail.clone(),
-            gain: 2.0 * own.evidence,
-            coefficients: own.coefficients.clone(),
-            status: status(place, own),
+        let of = |(place, scored): (usize, &Scored)| types::Scored {
+            id: scored.way.candidate.id.clone(),
+            detail: scored.way.candidate.detail.clone(),
+            gain: 2.0 * scored.evidence,
+            coefficients: scored.coefficients.clone(),
+            status: status(place, scored),
         };
         let mut candidates: Vec<types::Scored> = self.scored.iter().enumerate().map(of).collect();
         candidates.sort_by(|a, b| b.gain.total_cmp(&a.gain));
@@ -184,8 +185,8 @@ impl Round<'_> {
     }
 }
 
-/// The best few about their own sizes; the covariance of each that was asked. What bends loses:
-/// then another way of the same cause may lead, and is asked in turn.
+/// Scores the best few anew, about their own sizes; the covariance of each of these. A way that
+/// bends loses evidence: another of the same cause may then lead, and is scored in turn.
 fn bend(posed: &Posed<'_>, scales: &Scales, scored: &mut [Scored]) -> Vec<Option<DMatrix<f64>>> {
     let mut order: Vec<usize> = (0..scored.len()).collect();
     order.sort_by(|a, b| scored[*b].evidence.total_cmp(&scored[*a].evidence));
@@ -193,11 +194,11 @@ fn bend(posed: &Posed<'_>, scales: &Scales, scored: &mut [Scored]) -> Vec<Option
     let least = (top - NEAR.max(NEAR_SHARE * top)).max(0.0);
     let mut chosen: Vec<usize> = Vec::new();
     for place in order {
-        let own = &scored[place];
-        let same = chosen.iter().filter(|&&k| scored[k].way.candidate.id == own.way.candidate.id).count();
-        // What a delay's slope says is next to nothing: it bends within a part of a period.
-        let is_delay = own.way.candidate.regressors == [Regressor::Delay];
-        if is_delay || own.evidence > least && chosen.len() < BENT && same < BENT_WAYS {
+        let candidate = &scored[place].way.candidate;
+        let same = chosen.iter().filter(|&&k| scored[k].way.candidate.id == candidate.id).count();
+        // A delay's slope says next to nothing: power bends within a fraction of a period.
+        let is_delay = candidate.regressors == [Regressor::Delay];
+        if is_delay || scored[place].evidence > least && chosen.len() < BENT && same < BENT_WAYS {
             chosen.push(place);
         }
     }
@@ -207,16 +208,16 @@ fn bend(posed: &Posed<'_>, scales: &Scales, scored: &mut [Scored]) -> Vec<Option
         let about = |place: &usize| (*place, bent(posed, scales, &scored[*place]));
         let bent: Vec<_> = chosen.par_iter().map(about).collect();
         for (place, bent) in bent {
-            let own = &mut scored[place];
+            let hypothesis = &mut scored[place];
             is_asked[place] = true;
             match bent {
                 Some(bent) => {
-                    own.evidence = bent.evidence + own.searched;
-                    own.coefficients = bent.coefficients;
-                    own.by_run = bent.by_run;
+                    hypothesis.evidence = bent.evidence + hypothesis.searched;
+                    hypothesis.coefficients = bent.coefficients;
+                    hypothesis.by_run = bent.by_run;
                     covariances[place] = Some(bent.covariance);
                 }
-                None => own.evidence = f64::NEG_INFINITY,
+                None => hypothesis.evidence = f64::NEG_INFINITY,
             }
         }
         chosen = leading(scored).filter(|&k| !is_asked[k] && scored[k].evidence > least).collect();
@@ -226,22 +227,17 @@ fn bend(posed: &Posed<'_>, scales: &Scales, scored: &mut [Scored]) -> Vec<Option
 
 /// The best way of each cause.
 fn leading(scored: &[Scored]) -> impl Iterator<Item = usize> {
-    let is_led = |k: usize| {
-        let own = &scored[k];
-        let leads =
-            |other: &Scored| other.way.candidate.id == own.way.candidate.id && other.evidence > own.evidence;
-        scored.iter().any(leads)
-    };
-    (0..scored.len()).filter(move |&k| !is_led(k))
+    let leads = |a: &Scored, b: &Scored| a.way.candidate.id == b.way.candidate.id && a.evidence > b.evidence;
+    (0..scored.len()).filter(move |&k| !scored.iter().any(|other| leads(other, &scored[k])))
 }
 
 /// One way about its own size.
-fn bent(posed: &Posed<'_>, scales: &Scales, own: &Scored) -> Option<Bent> {
-    let start = match own.way.candidate.regressors[..] {
-        [Regressor::Delay] => vec![relinearise::delay(posed, scales, own.way.candidate.range)],
-        _ => own.coefficients.clone(),
+fn bent(posed: &Posed<'_>, scales: &Scales, scored: &Scored) -> Option<Bent> {
+    let start = match scored.way.candidate.regressors[..] {
+        [Regressor::Delay] => vec![relinearise::delay(posed, scales, scored.way.candidate.range)],
+        _ => scored.coefficients.clone(),
     };
-    let about = |start: &[f64]| relinearise::about(posed, scales, &own.way, start);
+    let about = |start: &[f64]| relinearise::about(posed, scales, &scored.way, start);
     // Where steps from there lead nowhere they may from none at all.
     about(&start).or_else(|| about(&vec![0.0; start.len()]))
 }

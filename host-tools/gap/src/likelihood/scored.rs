@@ -7,13 +7,13 @@ use rayon::prelude::*;
 
 use super::evidence::{Marginal, Reduced, Totals, Variances, reduce};
 use super::normal::{log_mean, log_sum};
-use super::own_masses::masses;
-use super::own_times::{InRuns, steps};
 use super::priors::{ELSE_DRIFTS, ELSE_RUNS, ELSE_SCATTER, ELSE_SIZES, FORM_ERRORS, RUN_SCALES};
 use super::products::Posed;
-use super::relinearise::size;
+use super::relinearise::{size, totals};
+use super::step_times::{SingleRuns, steps};
 use super::variances;
 use super::ways::{Way, sizes};
+use super::wrong_masses::masses;
 
 /// What is known of noise and discrepancy, and the evidence of none.
 #[derive(Debug, Clone)]
@@ -96,7 +96,7 @@ impl Scales {
         value: impl Fn(&Totals) -> Option<f64> + Sync,
     ) -> Option<Vec<f64>> {
         let each = each_run(posed, runs, value)?;
-        Some(each.iter().zip(&self.none_by_run).map(|(own, none)| own - none).collect())
+        Some(each.iter().zip(&self.none_by_run).map(|(with, none)| with - none).collect())
     }
 
     /// From run to run at a scale.
@@ -122,16 +122,14 @@ impl Scales {
 
     /// The same of runs as they may be, with the variance of something else.
     fn reduce_runs(&self, posed: &Posed<'_>, runs: &[Marginal], other: f64) -> Option<Reduced> {
-        let size = posed.own_first();
-        let cut: Vec<Marginal> = runs.iter().map(|own| own.cut(size.min(own.products.ncols()))).collect();
-        let totals =
-            Totals::of(posed.shape, cut.iter().enumerate().map(|(run, own)| (posed.is_field(run), own)));
-        reduce(&totals, posed.shape, &self.variances, other)
+        let size = posed.mass_column();
+        let cut: Vec<Marginal> = runs.iter().map(|run| run.cut(size.min(run.products.ncols()))).collect();
+        reduce(&totals(posed, &cut), posed.shape, &self.variances, other)
     }
 
     /// Over the cases, less that of none.
     pub fn over_none(&self, of_case: impl Fn(usize) -> f64) -> f64 {
-        log_sum(self.cases.iter().enumerate().map(|(case, own)| own.weight + of_case(case))) - self.none
+        log_sum(self.cases.iter().enumerate().map(|(place, case)| case.weight + of_case(place))) - self.none
     }
 }
 
@@ -143,15 +141,15 @@ fn each_run(
 ) -> Option<Vec<f64>> {
     let without = |left_out: Option<usize>| {
         let kept = runs.iter().enumerate().filter(|(run, _)| Some(*run) != left_out);
-        value(&Totals::of(posed.shape, kept.map(|(run, own)| (posed.is_field(run), own))))
+        value(&Totals::of(posed.shape, kept.map(|(run, marginal)| (posed.is_field(run), marginal))))
     };
     let all = without(None)?;
     let field: Vec<usize> = (0..runs.len()).filter(|&run| posed.is_field(run)).collect();
     field.par_iter().map(|run| Some(all - without(Some(*run))?)).collect()
 }
 
-/// ln prior of each scale of what differs between runs, by how many told it: as many normal values,
-/// less their mean, tell a variance as well.
+/// ln prior of each scale of what differs between runs. So many runs tell it as well as so many
+/// normal values, less their mean, tell a variance.
 pub fn scale_weights(told: usize) -> Vec<f64> {
     let half = 0.5 * (told as f64 - 1.0);
     let weights: Vec<f64> = RUN_SCALES.iter().map(|scale| -half * (scale.ln() + scale.recip())).collect();
@@ -174,10 +172,10 @@ pub struct Scored {
     pub evidence: f64,
     /// Coefficients that are likeliest.
     pub coefficients: Vec<f64>,
-    /// ln prior of what was searched for in single runs and is not in the way's own gain.
+    /// ln prior of what was searched for in single runs, which the way's gain lacks.
     pub searched: f64,
     /// Whether it lives in single runs, or at times of their own.
-    pub in_runs: bool,
+    pub in_single_runs: bool,
     /// By how much likelier than none each field run is when the others tell of the cause, nats;
     /// empty where it was not asked.
     pub by_run: Vec<f64>,
@@ -204,7 +202,8 @@ pub fn ways(posed: &Posed<'_>, scales: &Scales) -> Vec<Scored> {
                     Some(place) => with[case][place].as_ref(),
                     None => Some(&scales.reduced[case]),
                 };
-                let value = |own: &Reduced| way.gain(own, &scales.sizes) - 0.5 * own.minus_two_log;
+                let value =
+                    |reduced: &Reduced| way.gain(reduced, &scales.sizes) - 0.5 * reduced.minus_two_log;
                 reduced.map_or(f64::NEG_INFINITY, value)
             }))
         });
@@ -213,7 +212,7 @@ pub fn ways(posed: &Posed<'_>, scales: &Scales) -> Vec<Scored> {
             evidence,
             coefficients,
             searched: 0.0,
-            in_runs: false,
+            in_single_runs: false,
             by_run: Vec::new(),
         })
     };
@@ -248,11 +247,12 @@ struct Kind {
 /// Smooth functions that all field runs share, what is of single runs, what drifts within them,
 /// scatter.
 pub fn something_else(posed: &Posed<'_>, scales: &Scales) -> Other {
-    let value = |reduced: Option<Reduced>| reduced.map_or(f64::NEG_INFINITY, |own| -0.5 * own.minus_two_log);
+    let value =
+        |reduced: Option<Reduced>| reduced.map_or(f64::NEG_INFINITY, |reduced| -0.5 * reduced.minus_two_log);
     let middle = scales.likeliest();
     let Case { scale, form, .. } = scales.cases[middle];
     let size = posed.shape.further();
-    let cut = |own: &Marginal| own.cut(size);
+    let cut = |marginal: &Marginal| marginal.cut(size);
     let smooth = ELSE_SIZES.iter().map(|size| {
         let of_case = |case: &Case| value(scales.reduce(posed, case, size * size));
         let values: Vec<f64> = scales.cases.iter().map(of_case).collect();
@@ -276,37 +276,37 @@ pub fn something_else(posed: &Posed<'_>, scales: &Scales) -> Other {
         let Some(runs) = runs else { return Vec::new() };
         let kind = |other: &f64| {
             let shared = form + other;
-            let own = value(scales.reduce_runs(posed, &runs, shared));
-            Kind { evidence: own + 0.5 * scales.reduced[middle].minus_two_log, runs: runs.clone(), shared }
+            let with = value(scales.reduce_runs(posed, &runs, shared));
+            Kind { evidence: with + 0.5 * scales.reduced[middle].minus_two_log, runs: runs.clone(), shared }
         };
         also.iter().map(kind).collect()
     };
     let single = ELSE_RUNS.iter().flat_map(|times| {
-        let variances: Vec<f64> = scales.run_variances(scale).iter().map(|own| own * times).collect();
+        let variances: Vec<f64> = scales.run_variances(scale).iter().map(|each| each * times).collect();
         of(&|run| Marginal::of(&posed.runs[run].products, posed.shape, &variances))
     });
     // Steps of any size at every time are a walk at random.
     let kinds = 0..posed.switches.len();
     let drift = kinds.flat_map(|kind| ELSE_DRIFTS.map(|size| (kind, size))).flat_map(|(kind, size)| {
         of(&|run| {
-            let own = &scales.in_case(middle)[run];
+            let marginal = &scales.in_case(middle)[run];
             let columns = posed.steps(run, kind);
             let variances = vec![size * size / columns.len() as f64; columns.len()];
-            let without = Marginal::without(&own.products, columns, &variances)?;
-            Some(Marginal { log_det: own.log_det + without.log_det, ..without })
+            let without = Marginal::without(&marginal.products, columns, &variances)?;
+            Some(Marginal { log_det: marginal.log_det + without.log_det, ..without })
         })
     });
     let scatter = ELSE_SCATTER.iter().flat_map(|times| {
-        let variances: Vec<f64> = scales.run_variances(scale).iter().map(|own| own / times).collect();
+        let variances: Vec<f64> = scales.run_variances(scale).iter().map(|each| each / times).collect();
         of(&|run| {
-            let own = &posed.runs[run];
-            let mut marginal = Marginal::of(&(&own.products / *times), posed.shape, &variances)?;
-            marginal.log_det += own.kept.count() * posed.noise.information() * times.ln();
+            let run = &posed.runs[run];
+            let mut marginal = Marginal::of(&(&run.products / *times), posed.shape, &variances)?;
+            marginal.log_det += run.kept.count() * posed.noise.information() * times.ln();
             Some(marginal)
         })
     });
     let kinds: [Vec<Kind>; 4] = [smooth.collect(), single.collect(), drift.collect(), scatter.collect()];
-    let evidence = log_mean(kinds.iter().map(|own| log_mean(own.iter().map(|kind| kind.evidence))));
+    let evidence = log_mean(kinds.iter().map(|kinds| log_mean(kinds.iter().map(|kind| kind.evidence))));
     let best = kinds.iter().flatten().max_by(|a, b| a.evidence.total_cmp(&b.evidence));
     let by_run = best.and_then(|best| {
         let of = |totals: &Totals| {
@@ -318,17 +318,17 @@ pub fn something_else(posed: &Posed<'_>, scales: &Scales) -> Other {
 }
 
 /// Steps at each run's own time, and masses of single runs.
-pub fn in_runs(posed: &Posed<'_>, scales: &Scales, removed: &[String]) -> Vec<Scored> {
+pub fn of_single_runs(posed: &Posed<'_>, scales: &Scales, removed: &[String]) -> Vec<Scored> {
     let middle = scales.likeliest();
     let field: Vec<usize> = (0..posed.runs.len()).filter(|&run| posed.is_field(run)).collect();
     let runs: Vec<(bool, &Marginal)> =
         field.iter().map(|&run| (true, &scales.in_case(middle)[run])).collect();
-    let first = posed.own_first();
+    let first = posed.mass_column();
     let of = |columns: Vec<std::ops::Range<usize>>| {
-        InRuns::of(&scales.reduced[middle], posed.shape, &runs, &columns)
+        SingleRuns::of(&scales.reduced[middle], posed.shape, &runs, &columns)
     };
-    let may = |id: &str| removed.iter().all(|own| own != id);
-    let mut found = Vec::new();
+    let may = |id: &str| removed.iter().all(|removed| removed != id);
+    let mut scored = Vec::new();
     for (place, ((what, range), unit)) in posed.switches.iter().zip(&posed.switch_units).enumerate() {
         let (entry, allowed) = match what {
             Switched::Static => (&STATIC_STEP, may(STATIC_STEP.id)),
@@ -344,7 +344,7 @@ pub fn in_runs(posed: &Posed<'_>, scales: &Scales, removed: &[String]) -> Vec<Sc
         let at_s: Vec<Option<f64>> = field
             .iter()
             .zip(&best.at)
-            .map(|(&run, at)| at.and_then(|at| posed.runs[run].own.times.get(at).copied()))
+            .map(|(&run, at)| at.and_then(|at| posed.runs[run].step_times.get(at).copied()))
             .collect();
         for (&run, at) in field.iter().zip(&at_s) {
             times[run] = at.unwrap_or(f64::INFINITY);
@@ -355,22 +355,22 @@ pub fn in_runs(posed: &Posed<'_>, scales: &Scales, removed: &[String]) -> Vec<Sc
         if *what == Switched::HalfSlip {
             candidate.unit = "1".to_owned();
         }
-        found.push(Scored {
+        scored.push(Scored {
             way: Way { candidate, units: vec![*unit], first: 0 },
             evidence: best.evidence,
             coefficients: vec![0.0],
             searched: best.evidence - best.gain,
-            in_runs: true,
+            in_single_runs: true,
             by_run: Vec::new(),
         });
     }
     if may(PAYLOAD_MISLABEL.id) {
-        let own = of(field.iter().map(|_| first..first + 1).collect());
-        if let Some(best) = masses(&own, &scales.sizes) {
-            found.push(mislabelled(posed, &field, &best.runs, best.evidence, best.gain));
+        let products = of(field.iter().map(|_| first..first + 1).collect());
+        if let Some(best) = masses(&products, &scales.sizes) {
+            scored.push(mislabelled(posed, &field, &best.runs, best.evidence, best.gain));
         }
     }
-    found
+    scored
 }
 
 /// Masses of some runs that were noted wrongly: none below the empty robot's.
@@ -390,15 +390,11 @@ fn mislabelled(posed: &Posed<'_>, field: &[usize], wrong: &[usize], evidence: f6
         ..PAYLOAD_MISLABEL.candidate(regressors, (-heaviest, heaviest), detail, 0.0)
     };
     Scored {
-        way: Way {
-            candidate,
-            units: wrong.iter().map(|&run| posed.runs[run].own.mass_unit).collect(),
-            first: 0,
-        },
+        way: Way { candidate, units: wrong.iter().map(|&run| posed.runs[run].mass_unit).collect(), first: 0 },
         evidence,
         coefficients: vec![0.0; wrong.len()],
         searched: evidence - gain,
-        in_runs: true,
+        in_single_runs: true,
         by_run: Vec::new(),
     }
 }

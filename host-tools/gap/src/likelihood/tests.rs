@@ -63,22 +63,22 @@ fn evidences_are_those_of_the_whole_covariance() {
             Marginal::of(&columns.tr_mul(&columns), shape, &variances.runs).unwrap()
         })
         .collect();
-    let totals = Totals::of(shape, runs.iter().enumerate().map(|(run, own)| (run < 2, own)));
+    let totals = Totals::of(shape, runs.iter().enumerate().map(|(run, marginal)| (run < 2, marginal)));
     let (size, other) = (0.7, 0.04);
     let none = reduce(&totals, shape, &variances, 0.0).unwrap();
     let with = reduce(&totals, shape, &variances, other).unwrap();
-    let gain = |own: &super::evidence::Reduced| {
-        let along = DVector::from_element(1, own.products[(1, 0)]);
-        let square = DMatrix::from_element(1, 1, own.products[(1, 1)]);
+    let gain = |reduced: &super::evidence::Reduced| {
+        let along = DVector::from_element(1, reduced.products[(1, 0)]);
+        let square = DMatrix::from_element(1, 1, reduced.products[(1, 1)]);
         let any = (f64::NEG_INFINITY, f64::INFINITY);
         let one = super::evidence::gain(along[0], square[(0, 0)], size, any);
         assert!((one - gain_of_several(&along, &square, &[size])).abs() < 1e-9);
         one
     };
-    let found = [gain(&none), 0.5 * (none.minus_two_log - with.minus_two_log), gain(&with)];
+    let evidences = [gain(&none), 0.5 * (none.minus_two_log - with.minus_two_log), gain(&with)];
     let expected = [-1.362_358_929_720_478_8, -0.384_775_033_954_284_25, -1.361_948_299_994_644_2];
-    for (found, expected) in found.iter().zip(expected) {
-        assert!((found - expected).abs() < 1e-6, "{found} {expected}");
+    for (evidence, expected) in evidences.iter().zip(expected) {
+        assert!((evidence - expected).abs() < 1e-6, "{evidence} {expected}");
     }
 }
 
@@ -105,7 +105,7 @@ fn the_variance_of_z_on_pure_noise_is_one() {
         };
         let clean: Vec<Vec<f64>> = (0..6).map(|_| noise()).collect();
         let told: Vec<Told<'_>> =
-            clean.iter().map(|left| Told { kept: &kept, power: &power, left }).collect();
+            clean.iter().map(|residual| Told { kept: &kept, power: &power, residual }).collect();
         let precision = Noise::told(&told).unwrap().precision(&kept, &power);
         let mut sum = 0.0;
         for k in 0..400 {
@@ -168,35 +168,35 @@ fn asked(effects: &[(Regressor, f64)]) -> crate::report::Report {
 /// runs confirm it of each other.
 #[test]
 fn the_effect_that_is_hidden_leads() {
-    let found = asked(&[(Regressor::Term(Term::Drag(0)), 0.03)]);
-    let posterior = &found.likelihood.as_ref().unwrap().posterior;
+    let report = asked(&[(Regressor::Term(Term::Drag(0)), 0.03)]);
+    let posterior = &report.likelihood.as_ref().unwrap().posterior;
     assert_eq!(posterior.effects[0].id, "wheel-drag", "{posterior:?}");
-    assert_eq!(found.verdict, Verdict::Named, "{posterior:?}");
-    assert!((found.effects[0].coefficients[0] / 0.03 - 1.0).abs() < 0.1, "{:?}", found.effects[0]);
-    let confirmed = found.likelihood.as_ref().unwrap().predictive.unwrap();
+    assert_eq!(report.verdict, Verdict::Named, "{posterior:?}");
+    assert!((report.effects[0].coefficients[0] / 0.03 - 1.0).abs() < 0.1, "{:?}", report.effects[0]);
+    let confirmed = report.likelihood.as_ref().unwrap().predictive.unwrap();
     assert!(confirmed.mean > confirmed.half_width.unwrap(), "{confirmed:?}");
-    let gate = found.likelihood.as_ref().unwrap().gate.unwrap();
+    let gate = report.likelihood.as_ref().unwrap().gate.unwrap();
     assert!(!gate.is_shut(), "{gate:?}");
 }
 
 #[test]
 fn without_an_effect_nothing_new_leads() {
-    let found = asked(&[]);
-    let posterior = &found.likelihood.as_ref().unwrap().posterior;
-    assert_eq!(found.verdict, Verdict::None, "{posterior:?}");
+    let report = asked(&[]);
+    let posterior = &report.likelihood.as_ref().unwrap().posterior;
+    assert_eq!(report.verdict, Verdict::None, "{posterior:?}");
     assert!(posterior.none > 0.5, "{posterior:?}");
 }
 
 /// A drag and a slope at once: one is named, then the other beside it, each right to 20 %.
 #[test]
 fn a_second_effect_is_named_beside_the_first() {
-    let found = asked(&[(Regressor::Term(Term::Drag(0)), 0.03), (Regressor::Term(Term::GradeAhead), 0.01)]);
+    let report = asked(&[(Regressor::Term(Term::Drag(0)), 0.03), (Regressor::Term(Term::GradeAhead), 0.01)]);
     let mut named: Vec<(&str, f64)> =
-        found.effects.iter().map(|own| (own.candidate.id.as_str(), own.coefficients[0])).collect();
-    named.sort_by_key(|own| own.0);
+        report.effects.iter().map(|effect| (effect.candidate.id.as_str(), effect.coefficients[0])).collect();
+    named.sort_by_key(|effect| effect.0);
     let [("grade", slope), ("wheel-drag", drag)] = named[..] else {
-        panic!("{named:?} {:?}", found.rounds.iter().map(|round| &round.outcome).collect::<Vec<_>>());
+        panic!("{named:?} {:?}", report.rounds.iter().map(|round| &round.outcome).collect::<Vec<_>>());
     };
     assert!((drag / 0.03 - 1.0).abs() < 0.2 && (slope / 0.01 - 1.0).abs() < 0.2, "{named:?}");
-    assert_eq!(found.rounds.len(), 3);
+    assert_eq!(report.rounds.len(), 3);
 }

@@ -10,8 +10,8 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use super::evidence::{Shape, Variances};
 use super::priors::{DISCREPANCY, DISCREPANCY_RANGE, FARTHEST, SETTLED, VARIANCE_ROUNDS};
 
-/// Of some runs' products. `groups` says which functions vary alike. `others` are runs that all
-/// have something of their own, whatever it is: they tell what differs from run to run.
+/// Of some runs' products. `groups` says which functions vary alike. `others` are runs that share
+/// something of any size: they tell only what differs from run to run.
 pub fn told(
     products: &[&DMatrix<f64>],
     others: &[&DMatrix<f64>],
@@ -43,7 +43,7 @@ pub fn told(
     Some(problem.variances(&now))
 }
 
-/// Variance of what others have of their own, in variances of the noise.
+/// Variance of what the others share, in variances of the noise.
 const ANY_SIZE: f64 = 1e2;
 
 /// What does not change from step to step. Unknowns are logarithms of the groups' variances: in all
@@ -81,7 +81,7 @@ impl Problem<'_> {
                 continue;
             }
             let runs: Option<Vec<Run>> =
-                products.iter().map(|own| Run::of(own, shape, &variances.runs)).collect();
+                products.iter().map(|products| Run::of(products, shape, &variances.runs)).collect();
             let runs = runs?;
             let mut all = DMatrix::zeros(shape.further(), shape.further());
             for run in &runs {
@@ -91,8 +91,8 @@ impl Problem<'_> {
             if std::ptr::eq(products, self.products) {
                 for (k, group) in self.groups.iter().enumerate() {
                     let place = shape.base + k;
-                    let own = (solved.values[place].powi(2), solved.covariance[(place, place)]);
-                    shared[*group].add(own.0, own.1, variances.shared[k]);
+                    let square = solved.values[place].powi(2);
+                    shared[*group].add(square, solved.covariance[(place, place)], variances.shared[k]);
                 }
             }
             for run in &runs {
@@ -100,8 +100,8 @@ impl Problem<'_> {
                 let through = &run.slopes * &solved.covariance;
                 for (k, group) in self.groups.iter().enumerate() {
                     let variance = run.inverse[(k, k)] + through.row(k).dot(&run.slopes.row(k));
-                    let own = variances.runs[k];
-                    from_run_to_run[*group].add(values[k].powi(2) * own, variance * own, own);
+                    let between = variances.runs[k];
+                    from_run_to_run[*group].add(values[k].powi(2) * between, variance * between, between);
                 }
             }
         }
@@ -134,23 +134,23 @@ impl Run {
         let inverse = inverse(inner)?;
         let right = DMatrix::from_fn(count, first, |i, j| roots[i] * products[(first + i, j)]);
         let solved = &inverse * &right;
-        let mut left = DMatrix::zeros(size, size);
-        let own = products.view((0, 0), (first, first)) - right.transpose() * &solved;
-        left.view_mut((0, 0), (first, first)).copy_from(&own);
+        let mut reduced = DMatrix::zeros(size, size);
+        let block = products.view((0, 0), (first, first)) - right.transpose() * &solved;
+        reduced.view_mut((0, 0), (first, first)).copy_from(&block);
         let mut slopes = DMatrix::zeros(count, size - 1);
         slopes.columns_mut(0, shape.base).copy_from(&solved.columns(1, shape.base));
         for i in 0..count {
             for j in 0..first {
-                left[(first + i, j)] = solved[(i, j)] / roots[i];
-                left[(j, first + i)] = left[(first + i, j)];
+                reduced[(first + i, j)] = solved[(i, j)] / roots[i];
+                reduced[(j, first + i)] = reduced[(first + i, j)];
             }
             for j in 0..count {
                 let of_one = f64::from(u8::from(i == j)) - inverse[(i, j)];
                 slopes[(i, shape.base + j)] = of_one / roots[j];
-                left[(first + i, first + j)] = of_one / roots[i] / roots[j];
+                reduced[(first + i, first + j)] = of_one / roots[i] / roots[j];
             }
         }
-        Some(Self { products: left, inverse, measured: solved.column(0).into_owned(), slopes })
+        Some(Self { products: reduced, inverse, measured: solved.column(0).into_owned(), slopes })
     }
 }
 

@@ -24,21 +24,21 @@ pub struct Way {
 /// Of every candidate, and steps at one time of all runs, at a grid. `lengths` are those of the
 /// field runs, s, `rolling` the base's, N·m/kg; `removed` has ids that are not asked for.
 pub fn ways(list: &[Candidate], removed: &[String], lengths: &[f64], rolling: f64) -> Vec<Way> {
-    let mut found: Vec<Candidate> = list.to_vec();
+    let mut candidates: Vec<Candidate> = list.to_vec();
     let shortest = lengths.iter().copied().fold(f64::INFINITY, f64::min);
     let most = MOST_ROLLING * rolling.max(1e-3);
     let any = (f64::NEG_INFINITY, f64::INFINITY);
-    let allowed = |id: &str| removed.iter().all(|own| own != id);
+    let allowed = |id: &str| removed.iter().all(|removed| removed != id);
     for at_s in times(shortest) {
         let detail = Detail::At { at_s };
         let way = |entry: &model::effects::Entry, term, range| {
             entry.candidate(vec![Regressor::Term(term)], range, detail.clone(), 0.0)
         };
         if allowed(STATIC_STEP.id) {
-            found.push(way(&STATIC_STEP, Term::StepAt(at_s), any));
+            candidates.push(way(&STATIC_STEP, Term::StepAt(at_s), any));
         }
         if allowed(SURFACE_SWITCH.id) {
-            found.push(way(&SURFACE_SWITCH, Term::RollingFrom(at_s), (-most, most)));
+            candidates.push(way(&SURFACE_SWITCH, Term::RollingFrom(at_s), (-most, most)));
         }
     }
     let mut first = 0;
@@ -47,7 +47,7 @@ pub fn ways(list: &[Candidate], removed: &[String], lengths: &[f64], rolling: f6
         first += way.units.len();
         way
     };
-    found.into_iter().map(with_place).collect()
+    candidates.into_iter().map(with_place).collect()
 }
 
 /// Times within a run, s, that are tried for a step.
@@ -63,12 +63,12 @@ pub fn times(length: f64) -> Vec<f64> {
 /// What switches, and its range.
 pub fn switched(slips: bool, rolling: f64) -> Vec<(Switched, (f64, f64))> {
     let most = MOST_ROLLING * rolling.max(1e-3);
-    let mut found =
+    let mut switches =
         vec![(Switched::Static, (f64::NEG_INFINITY, f64::INFINITY)), (Switched::Rolling, (-most, most))];
     if slips {
-        found.push((Switched::HalfSlip, model::effects::HALF_SLIP));
+        switches.push((Switched::HalfSlip, model::effects::HALF_SLIP));
     }
-    found
+    switches
 }
 
 /// Sizes that an effect may have, standard deviations of the noise: up to the robot's own power.
@@ -98,8 +98,8 @@ impl Way {
 
     /// Standard deviations of the coefficients, where the effect is of one size.
     fn scales(&self, size: f64) -> Vec<f64> {
-        let own = self.candidate.regressors.iter().zip(&self.units).enumerate();
-        own.map(|(place, (regressor, unit))| match regressor {
+        let each = self.candidate.regressors.iter().zip(&self.units).enumerate();
+        each.map(|(place, (regressor, unit))| match regressor {
             Regressor::HalfSlip if place > 0 => SHARE_SIZE * unit,
             _ => size,
         })
@@ -108,15 +108,15 @@ impl Way {
 
     /// ln evidence of it over none, by reduced products.
     pub fn gain(&self, reduced: &Reduced, sizes: &[f64]) -> f64 {
-        let (along, own) = self.products(reduced);
+        let (along, gram) = self.products(reduced);
         match self.units[..] {
             [unit] => {
                 let (low, high) = self.candidate.range;
                 let range = (low * unit, high * unit);
-                log_mean(sizes.iter().map(|size| gain(along[0], own[(0, 0)], *size, range)))
+                log_mean(sizes.iter().map(|size| gain(along[0], gram[(0, 0)], *size, range)))
             }
             _ if self.is_plausible(reduced, sizes) => {
-                log_mean(sizes.iter().map(|size| gain_of_several(&along, &own, &self.scales(*size))))
+                log_mean(sizes.iter().map(|size| gain_of_several(&along, &gram, &self.scales(*size))))
             }
             _ => f64::NEG_INFINITY,
         }
@@ -130,14 +130,14 @@ impl Way {
 
     /// Coefficients that are likeliest, in their own units, with their covariance.
     pub fn likeliest(&self, reduced: &Reduced, sizes: &[f64]) -> Option<(Vec<f64>, DMatrix<f64>)> {
-        let (along, own) = self.products(reduced);
+        let (along, gram) = self.products(reduced);
         let most = sizes.iter().copied().fold(LEAST_SIZE, f64::max);
-        let (values, covariance) = likeliest(&along, &own, &self.scales(most))?;
+        let (values, covariance) = likeliest(&along, &gram, &self.scales(most))?;
         let mut coefficients: Vec<f64> = values.iter().zip(&self.units).map(|(x, unit)| x / unit).collect();
         if let [only] = &mut coefficients[..] {
             *only = only.clamp(self.candidate.range.0, self.candidate.range.1);
         }
-        let covariance = DMatrix::from_fn(own.nrows(), own.ncols(), |i, j| {
+        let covariance = DMatrix::from_fn(gram.nrows(), gram.ncols(), |i, j| {
             covariance[(i, j)] / self.units[i] / self.units[j]
         });
         Some((coefficients, covariance))

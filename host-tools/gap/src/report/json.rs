@@ -4,7 +4,7 @@ use model::effects::{Sign, find};
 use serde_json::{Map, Value, json};
 
 use super::advice;
-use crate::likelihood::Found;
+use crate::likelihood::Likelihood;
 use crate::manoeuvre::Suggestion;
 use crate::report::Report;
 use crate::simulation::Simulated;
@@ -105,7 +105,7 @@ pub fn json(report: &Report, beside: Beside<'_>) -> Value {
     Value::Object(out)
 }
 
-fn posterior(likelihood: &Found) -> Value {
+fn posterior(likelihood: &Likelihood) -> Value {
     let effects = likelihood.posterior.effects.iter();
     let effects: Map<String, Value> =
         effects.map(|cause| (cause.id.clone(), json!(cause.probability))).collect();

@@ -68,7 +68,7 @@ pub struct Report {
     /// What predictions rest on.
     pub basis: Option<Basis>,
     /// Probabilities of causes, with the likelihood engine.
-    pub likelihood: Option<likelihood::Found>,
+    pub likelihood: Option<likelihood::Likelihood>,
 }
 
 /// One of several hypotheses that explain a gap about as well.

@@ -2,7 +2,7 @@
 
 use super::advice;
 use super::localise::Cell;
-use crate::likelihood::Found;
+use crate::likelihood::Likelihood;
 use crate::report::Report;
 use crate::words;
 use numerics::intervals::MeanInterval;
@@ -72,7 +72,7 @@ pub fn text(report: &Report) -> String {
 }
 
 /// How probable each cause is, the likeliest first; those of less than 1 % together.
-fn probabilities(likelihood: &Found) -> String {
+fn probabilities(likelihood: &Likelihood) -> String {
     let posterior = &likelihood.posterior;
     let likely = posterior.effects.iter().filter(|cause| cause.probability >= 0.01);
     let mut all: Vec<(&str, f64)> = likely.map(|cause| (cause.id.as_str(), cause.probability)).collect();

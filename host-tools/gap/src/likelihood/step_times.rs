@@ -11,16 +11,16 @@ const SWEEPS: usize = 6;
 
 /// Products, in V⁻¹, of what lives in single field runs, run after run.
 #[derive(Debug, Clone)]
-pub struct InRuns {
+pub struct SingleRuns {
     /// X'V⁻¹y.
     pub along: DVector<f64>,
     /// X'V⁻¹X, over all runs.
-    pub own: DMatrix<f64>,
+    pub gram: DMatrix<f64>,
     /// Where each run's columns begin, and the end.
     pub firsts: Vec<usize>,
 }
 
-impl InRuns {
+impl SingleRuns {
     /// Of `columns` of each run's products; runs with whether they are in the field.
     pub fn of(
         reduced: &Reduced,
@@ -35,30 +35,30 @@ impl InRuns {
         let (mut solved, mut along) = (Vec::new(), Vec::new());
         for ((field, run), range) in runs.iter().zip(columns) {
             let count = range.len();
-            let mut own = DMatrix::zeros(size, count);
+            let mut cross = DMatrix::zeros(size, count);
             let products = |first, rows| run.products.view((first, range.start), (rows, count));
-            own.rows_mut(0, nuisances).copy_from(&products(1, nuisances));
+            cross.rows_mut(0, nuisances).copy_from(&products(1, nuisances));
             let again = size - nuisances;
             if *field {
-                own.rows_mut(nuisances, again).copy_from(&products(shape.first(), again));
+                cross.rows_mut(nuisances, again).copy_from(&products(shape.first(), again));
             }
-            let own = reduced.nuisance.solved(own);
-            let taken = own.tr_mul(&reduced.nuisance.measured);
+            let cross = reduced.nuisance.solved(cross);
+            let taken = cross.tr_mul(&reduced.nuisance.measured);
             along.extend((0..count).map(|k| run.products[(range.start + k, 0)] - taken[k]));
             firsts.push(along.len());
-            solved.push(own);
+            solved.push(cross);
         }
         let total = along.len();
         let mut all = DMatrix::zeros(size, total);
-        for (own, first) in solved.iter().zip(&firsts) {
-            all.view_mut((0, *first), (size, own.ncols())).copy_from(own);
+        for (cross, first) in solved.iter().zip(&firsts) {
+            all.view_mut((0, *first), (size, cross.ncols())).copy_from(cross);
         }
-        let mut own = -(all.transpose() * &all);
+        let mut gram = -(all.transpose() * &all);
         for (((_, run), range), first) in runs.iter().zip(columns).zip(&firsts) {
-            let mut block = own.view_mut((*first, *first), (range.len(), range.len()));
+            let mut block = gram.view_mut((*first, *first), (range.len(), range.len()));
             block += run.products.view((range.start, range.start), (range.len(), range.len()));
         }
-        Self { along: DVector::from_vec(along), own, firsts }
+        Self { along: DVector::from_vec(along), gram, firsts }
     }
 
     fn runs(&self) -> usize {
@@ -78,23 +78,23 @@ pub struct Times {
 }
 
 /// ln evidence of steps of one size.
-pub fn steps(of: &InRuns, sizes: &[f64], range: (f64, f64)) -> Option<Times> {
+pub fn steps(of: &SingleRuns, sizes: &[f64], range: (f64, f64)) -> Option<Times> {
     let each: Vec<Times> =
         WITHOUT_STEP.iter().filter_map(|without| best(of, sizes, range, *without)).collect();
-    let evidence = log_mean(each.iter().map(|own| own.evidence));
+    let evidence = log_mean(each.iter().map(|times| times.evidence));
     let best = each.into_iter().max_by(|a, b| a.evidence.total_cmp(&b.evidence))?;
     Some(Times { evidence, ..best })
 }
 
-fn best(of: &InRuns, sizes: &[f64], range: (f64, f64), without: f64) -> Option<Times> {
+fn best(of: &SingleRuns, sizes: &[f64], range: (f64, f64), without: f64) -> Option<Times> {
     let starts = sizes.iter().flat_map(|size| [*size, -size]);
     let inside = starts.filter(|size| (range.0..=range.1).contains(size));
-    let found = inside.filter_map(|size| Search { of, sizes, range, without }.from(size));
-    found.max_by(|a, b| a.evidence.total_cmp(&b.evidence))
+    let times = inside.filter_map(|size| Search { of, sizes, range, without }.from(size));
+    times.max_by(|a, b| a.evidence.total_cmp(&b.evidence))
 }
 
 struct Search<'a> {
-    of: &'a InRuns,
+    of: &'a SingleRuns,
     sizes: &'a [f64],
     range: (f64, f64),
     without: f64,
@@ -104,10 +104,10 @@ impl Search<'_> {
     /// Times that are best for a size, then better ones of each run given the others.
     fn from(&self, size: f64) -> Option<Times> {
         let of = self.of;
-        let alone = |column: usize| size * of.along[column] - 0.5 * size * size * of.own[(column, column)];
+        let alone = |column: usize| size * of.along[column] - 0.5 * size * size * of.gram[(column, column)];
         let first = |run: usize| {
-            let own = of.firsts[run]..of.firsts[run + 1];
-            let best = own.max_by(|a, b| alone(*a).total_cmp(&alone(*b)));
+            let columns = of.firsts[run]..of.firsts[run + 1];
+            let best = columns.max_by(|a, b| alone(*a).total_cmp(&alone(*b)));
             best.filter(|column| alone(*column) > 0.0)
         };
         let mut at: Vec<Option<usize>> = (0..of.runs()).map(first).collect();
@@ -142,26 +142,26 @@ impl Search<'_> {
         let others: Vec<usize> =
             at.iter().enumerate().filter(|(place, _)| *place != run).filter_map(|(_, at)| *at).collect();
         let along: f64 = others.iter().map(|column| of.along[*column]).sum();
-        let own: f64 = others.iter().flat_map(|a| others.iter().map(|b| of.own[(*a, *b)])).sum();
+        let gram: f64 = others.iter().flat_map(|a| others.iter().map(|b| of.gram[(*a, *b)])).sum();
         let count = (of.firsts[run + 1] - of.firsts[run]).max(1) as f64;
         let with = |column: usize| {
-            let cross: f64 = others.iter().map(|other| of.own[(column, *other)]).sum();
-            let gain = self.gain(along + of.along[column], own + 2.0 * cross + of.own[(column, column)]);
+            let cross: f64 = others.iter().map(|other| of.gram[(column, *other)]).sum();
+            let gain = self.gain(along + of.along[column], gram + 2.0 * cross + of.gram[(column, column)]);
             gain + ((1.0 - self.without) / count).ln()
         };
-        let none = self.gain(along, own) + self.without.ln();
+        let none = self.gain(along, gram) + self.without.ln();
         [none].into_iter().chain((of.firsts[run]..of.firsts[run + 1]).map(with)).collect()
     }
 
-    fn gain(&self, along: f64, own: f64) -> f64 {
-        log_mean(self.sizes.iter().map(|size| gain(along, own.max(0.0), *size, self.range)))
+    fn gain(&self, along: f64, gram: f64) -> f64 {
+        log_mean(self.sizes.iter().map(|size| gain(along, gram.max(0.0), *size, self.range)))
     }
 
     fn gain_of(&self, at: &[Option<usize>]) -> f64 {
         let on: Vec<usize> = at.iter().filter_map(|at| *at).collect();
         let along: f64 = on.iter().map(|column| self.of.along[*column]).sum();
-        let own: f64 = on.iter().flat_map(|a| on.iter().map(|b| self.of.own[(*a, *b)])).sum();
-        self.gain(along, own)
+        let gram: f64 = on.iter().flat_map(|a| on.iter().map(|b| self.of.gram[(*a, *b)])).sum();
+        self.gain(along, gram)
     }
 
     /// With the prior of the times.

@@ -4,10 +4,10 @@ use nalgebra::{DMatrix, DVector};
 
 use super::evidence::gain_of_several;
 use super::normal::log_mean;
-use super::own_times::InRuns;
 use super::priors::WRONG_MASS;
+use super::step_times::SingleRuns;
 
-/// What was found.
+/// Runs whose masses were noted wrongly.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Masses {
     /// ln evidence over none, which runs being summed over.
@@ -19,7 +19,7 @@ pub struct Masses {
 }
 
 /// ln evidence of wrong masses; one column a run.
-pub fn masses(of: &InRuns, sizes: &[f64]) -> Option<Masses> {
+pub fn masses(of: &SingleRuns, sizes: &[f64]) -> Option<Masses> {
     let each: Vec<(f64, Vec<usize>)> = sizes.iter().map(|size| of_size(of, *size)).collect();
     let evidence = log_mean(each.iter().map(|(evidence, _)| *evidence));
     let (_, runs) = each.into_iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
@@ -30,14 +30,14 @@ pub fn masses(of: &InRuns, sizes: &[f64]) -> Option<Masses> {
     Some(Masses { evidence, gain, runs })
 }
 
-fn gain(of: &InRuns, runs: &[usize], size: f64) -> f64 {
+fn gain(of: &SingleRuns, runs: &[usize], size: f64) -> f64 {
     let along = DVector::from_fn(runs.len(), |i, _| of.along[runs[i]]);
-    let own = DMatrix::from_fn(runs.len(), runs.len(), |i, j| of.own[(runs[i], runs[j])]);
-    gain_of_several(&along, &own, &vec![size; runs.len()])
+    let gram = DMatrix::from_fn(runs.len(), runs.len(), |i, j| of.gram[(runs[i], runs[j])]);
+    gain_of_several(&along, &gram, &vec![size; runs.len()])
 }
 
 /// Runs are added as long as that helps; what each alone would change is summed over.
-fn of_size(of: &InRuns, size: f64) -> (f64, Vec<usize>) {
+fn of_size(of: &SingleRuns, size: f64) -> (f64, Vec<usize>) {
     let count = of.along.len();
     let value = |runs: &[usize]| {
         let prior =
@@ -58,7 +58,7 @@ fn of_size(of: &InRuns, size: f64) -> (f64, Vec<usize>) {
     }
     let flipped = |run: usize| -> f64 {
         let other: Vec<usize> = match on.contains(&run) {
-            true => on.iter().copied().filter(|own| *own != run).collect(),
+            true => on.iter().copied().filter(|place| *place != run).collect(),
             false => on.iter().copied().chain([run]).collect(),
         };
         (value(&other) - now).min(0.0).exp().ln_1p()
