@@ -94,15 +94,15 @@ pub type Beside = Outside<f64, MOST_WHEELS>;
 /// What is known after a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimated {
-    /// Actuation power behind the filter, W; `None` while that is not settled.
+    /// Actuation power after the filter, W; `None` until the filter has settled.
     pub measured: Option<f64>,
     /// The total mass as of the last closed bucket.
     pub mass: MassEstimate<f64>,
-    /// P̂_act, W; `None` while the mass is unknown or the filter unsettled.
+    /// P̂_act, W; `None` while the mass is unknown, and until the filter has settled.
     pub power: Option<f64>,
     /// This sample closed a bucket.
     pub closed: bool,
-    /// The payload is another since this many buckets: noticed now.
+    /// This sample shows that the payload changed; it did so this many buckets ago.
     pub changed: Option<usize>,
 }
 
@@ -115,7 +115,7 @@ pub trait Pipeline {
     fn turn(&mut self, _: f64) {}
     /// Another run begins: nothing is known of its payload, nor of what effects remember.
     fn restart(&mut self);
-    /// The payload is another from now on.
+    /// The payload changes now.
     fn payload_changed(&mut self);
     /// The mass over the latest `count` buckets; `None` while there are fewer.
     fn over_latest(&self, count: usize) -> Option<MassEstimate<f64>>;
@@ -233,7 +233,7 @@ impl Method<f64> for AnyMethod {
     }
 }
 
-/// The latest sample behind the filter, once that has settled.
+/// The latest sample after the filter, once the filter has settled.
 struct Latest<const N: usize> {
     coefficients: Coefficients<f64, N>,
     now: Option<Conditioned<f64, N>>,
