@@ -39,9 +39,9 @@
 //! | 120 | loss of the gear by what passes it |
 //! | 124 | slip memory: difference of the sides that is hardly a turn, rad/s; 0 for the dead band |
 //! | 128 | drop of the bridge over the motor's constant, rad/s |
-//! | 132 | 4 bytes, 0 |
+//! | 132 | share of the friction that passes the gear, 0 to 1; 0 without a loss of the gear |
 //!
-//! Firmware from before the last three takes an image in which they are 0, and refuses others.
+//! Firmware from before the last four takes an image in which they are 0, and refuses others.
 //!
 //! A column's id and "which" are a byte each, its coefficient and shape in single precision. Ids
 //! never change their meaning; "which" and shape are 0 where nothing is said of them:
@@ -443,11 +443,13 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
     /// What version 3 has beyond the first, in its order.
     fn traits(&self) -> [T; TRAITS] {
         let Conditioning { slip, delay, .. } = self.robot.conditioning;
-        let TorqueModel { imbalance, gear_loss, bridge_drop, .. } = match &self.model {
+        let TorqueModel { imbalance, gear_loss, bridge_drop, wheel_friction_share, .. } = match &self.model {
             Model::Signed { torque, .. } => *torque,
             Model::Eq18 { .. } => TorqueModel::default(),
         };
-        [imbalance, slip.half_slip, slip.relaxation, delay, gear_loss, slip.rest, bridge_drop, T::ZERO]
+        let has_loss = gear_loss.to_f64() as f32 != 0.0;
+        let share = if has_loss { wheel_friction_share } else { T::ZERO };
+        [imbalance, slip.half_slip, slip.relaxation, delay, gear_loss, slip.rest, bridge_drop, share]
     }
 
     /// Reads an image back.
@@ -516,20 +518,22 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
                     1 => Drive::Regenerative,
                     _ => return Err(DecodeError::Field("drive")),
                 };
-                let [imbalance, _, _, _, gear_loss, _, bridge_drop, _] = traits;
+                let [imbalance, _, _, _, gear_loss, _, bridge_drop, wheel_friction_share] = traits;
+                let shared = TorqueModel::from_array(parameters);
                 let torque =
-                    TorqueModel { imbalance, gear_loss, bridge_drop, ..TorqueModel::from_array(parameters) };
+                    TorqueModel { imbalance, gear_loss, bridge_drop, wheel_friction_share, ..shared };
                 Model::Signed { torque, drive }
             }
             id => return Err(DecodeError::UnknownModel { id }),
         };
-        let [_, half_slip, relaxation, delay, _, rest, _, unknown] = traits;
+        let [_, half_slip, relaxation, delay, gear_loss, rest, _, wheel_friction_share] = traits;
         let slip = SlipMemory { half_slip, relaxation, rest };
         let conditioning = Conditioning { slip, delay, true_slip: T::ZERO };
-        // One image for the same coefficients: without traits it is of an older version.
-        let is_canonical = version != VERSION_WITH_TRAITS || traits.iter().any(|value| *value != T::ZERO);
-        let is_known = unknown == T::ZERO;
-        if !(model.is_sound() && conditioning.is_sound() && is_canonical && is_known) {
+        // One image for the same coefficients: without traits it is of an older version, and a gear
+        // without a loss says nothing of friction.
+        let has_traits = version != VERSION_WITH_TRAITS || traits.iter().any(|value| *value != T::ZERO);
+        let is_canonical = has_traits && (wheel_friction_share == T::ZERO || gear_loss != T::ZERO);
+        if !(model.is_sound() && conditioning.is_sound() && is_canonical) {
             return Err(DecodeError::Field("coefficients"));
         }
         let mut rows = [[T::ZERO; N]; 3];

@@ -154,9 +154,13 @@ impl<T: Real> Model<T> {
         match self {
             Model::Eq18 { beta, .. } => sound(beta),
             Model::Signed { torque, .. } => {
-                let is_a_share = torque.gear_loss >= T::ZERO && torque.gear_loss < T::ONE;
+                let takes_a_share = torque.gear_loss >= T::ZERO && torque.gear_loss < T::ONE;
+                let is_a_share = |share: T| share >= T::ZERO && share <= T::ONE;
                 let is_sound = sound(&torque.to_array()) && sound(&[torque.bridge_drop]);
-                is_sound && torque.imbalance.is_finite() && is_a_share
+                is_sound
+                    && torque.imbalance.is_finite()
+                    && takes_a_share
+                    && is_a_share(torque.wheel_friction_share)
             }
         }
     }

@@ -12,11 +12,13 @@
 //! Where the sides of a robot are not alike, Coulomb's torque is a0 − d on the left and a0 + d on
 //! the right.
 //!
-//! A gear takes a share of what passes it, whichever way that goes. With L = m (a1 h + g4 K + b σ)
-//! and a loss of e |L| the motor supplies L + e |L| h: more than L while it drives the wheel, less
-//! while the wheel drives it, as the inner wheels of a turn and all wheels in braking do. g4 alone
-//! has the one direction and errs by twice e in the other. L is in proportion to the mass, so its
-//! sign does not depend on it, and the power stays quadratic in the mass.
+//! A gear takes a share of what passes it, whichever way that goes: e |X|, X being the load
+//! m (a1 h + g4 K + b σ) and a share φ of the friction a0 h + g2 w (and of d). Friction of the
+//! motor, φ = 0, is paid before the gear; friction of the wheel, φ = 1, passes it. The motor
+//! supplies X + e |X| h: more than X while it drives the wheel, less while the wheel drives it, as
+//! the inner wheels of a turn and all wheels in hard braking do. g4 alone has the one direction and
+//! errs by twice e in the other. As a function of the mass the power keeps the direction that X has
+//! at the middle of the masses, so it stays quadratic.
 //!
 //! A bridge takes a voltage of its own from whatever current passes it, so P gains δ |τ|: the drop
 //! over the motor's constant at the wheel is a speed, by which the wheel seems to turn faster.
@@ -63,6 +65,9 @@ pub struct TorqueModel<T> {
     /// δ: voltage that the bridge takes over the motor's constant at the wheel, V / (V·s/rad) =
     /// W/(N·m) = rad/s.
     pub bridge_drop: T,
+    /// φ: share of the friction that does not grow with the load which acts at the wheel and so
+    /// passes the gear, 0 to 1, dimensionless. Without e it means nothing.
+    pub wheel_friction_share: T,
 }
 
 /// What a drive draws for its torque: τ w + κ τ² + δ |τ|.
@@ -153,14 +158,15 @@ impl<T: Real> TorqueModel<T> {
             imbalance: T::ZERO,
             gear_loss: T::ZERO,
             bridge_drop: T::ZERO,
+            wheel_friction_share: T::ZERO,
         }
     }
 
     /// The same sides, gear and bridge with these values, in the order of the fields.
     #[must_use]
     pub fn with_array(self, values: [T; PARAMETERS]) -> Self {
-        let Self { imbalance, gear_loss, bridge_drop, .. } = self;
-        Self { imbalance, gear_loss, bridge_drop, ..Self::from_array(values) }
+        let [coulomb, rolling, viscous, rotor_inertia, inertia_gain, winding_loss, scrub] = values;
+        Self { coulomb, rolling, viscous, rotor_inertia, inertia_gain, winding_loss, scrub, ..self }
     }
 
     /// What both sides share, in the order of the fields.
@@ -189,21 +195,33 @@ impl<T: Real> TorqueModel<T> {
             + self.rotor_inertia * wheel.acceleration
             + mass * (self.inertia_gain * wheel.inertial_torque + self.scrub * wheel.scrub)
             + self.imbalance * wheel.side
-            + mass * self.gear_loss * self.gear_share(wheel)
+            + self.gear_loss * self.gear_share(wheel, mass)
     }
 
-    /// L / m, N·m/kg: what passes the gear to move the body.
+    /// Friction that does not grow with the load, N·m.
     #[inline(always)]
-    fn passed_per_kg(&self, wheel: &Wheel<T>) -> T {
+    fn friction(&self, wheel: &Wheel<T>) -> T {
+        self.coulomb * wheel.direction + self.viscous * wheel.speed + self.imbalance * wheel.side
+    }
+
+    /// What passes the gear to move the body, N·m/kg.
+    #[inline(always)]
+    fn load_per_kg(&self, wheel: &Wheel<T>) -> T {
         let load = self.rolling * wheel.direction + self.inertia_gain * wheel.inertial_torque;
         // Known to be none where no wheel scrubs: no code at all then.
         if wheel.scrub == T::ZERO { load } else { load + self.scrub * wheel.scrub }
     }
 
-    /// |L| h / m, N·m/kg: what the loss of the gear multiplies.
+    /// X, N·m: what passes the gear at a total mass in kg.
     #[inline(always)]
-    pub fn gear_share(&self, wheel: &Wheel<T>) -> T {
-        self.passed_per_kg(wheel).abs() * wheel.direction
+    pub fn passed(&self, wheel: &Wheel<T>, mass: T) -> T {
+        self.wheel_friction_share * self.friction(wheel) + mass * self.load_per_kg(wheel)
+    }
+
+    /// |X| h, N·m: what the loss of the gear multiplies.
+    #[inline(always)]
+    pub fn gear_share(&self, wheel: &Wheel<T>, mass: T) -> T {
+        self.passed(wheel, mass).abs() * wheel.direction
     }
 
     /// 1 + e: what the motor supplies of a load that it drives, per unit of what passes the gear.
@@ -226,36 +244,45 @@ impl<T: Real> TorqueModel<T> {
         self.scrub * self.driving_factor()
     }
 
-    /// By how many times more than what passes the gear the motor supplies.
-    #[inline(always)]
-    pub fn gear_factor(&self, wheel: &Wheel<T>) -> T {
-        let drives = self.passed_per_kg(wheel) * wheel.direction >= T::ZERO;
-        if drives { T::ONE + self.gear_loss } else { T::ONE - self.gear_loss }
+    /// 1 + φ e: what the motor supplies per unit of friction that does not grow with the load.
+    fn friction_factor(&self) -> T {
+        T::ONE + self.wheel_friction_share * self.gear_loss
     }
 
-    /// What the motor supplies to move the body, N·m/kg: without the rotor and the motor's own
-    /// friction, with what the gear takes of it.
+    /// Coulomb torque as a motor that drives supplies it, N·m.
+    pub fn supplied_coulomb(&self) -> T {
+        self.coulomb * self.friction_factor()
+    }
+
+    /// Viscous torque as a motor that drives supplies it, N·m·s/rad.
+    pub fn supplied_viscous(&self) -> T {
+        self.viscous * self.friction_factor()
+    }
+
+    /// e in the direction of X: the slope of the loss by X. A gear at which nothing passes drives.
     #[inline(always)]
-    pub fn load_per_kg(&self, wheel: &Wheel<T>) -> T {
-        let passed = self.passed_per_kg(wheel);
-        passed + self.gear_loss * (passed.abs() * wheel.direction)
+    pub fn gear_slope(&self, wheel: &Wheel<T>, mass: T) -> T {
+        self.gear_loss.copysign(self.passed(wheel, mass) * wheel.direction)
     }
 
     /// What the motor gives its gear: [`Self::parts`] without what the rotor takes for itself.
     #[inline(always)]
-    pub(crate) fn gear_input(&self, wheel: &Wheel<T>) -> [T; 2] {
-        let [fixed, per_kg] = self.parts(wheel);
-        [fixed - self.rotor_inertia * wheel.acceleration, per_kg]
+    pub(crate) fn gear_input(&self, wheel: &Wheel<T>, mass: T) -> [T; 2] {
+        let (friction, load) = (self.friction(wheel), self.load_per_kg(wheel));
+        // Some twenty instructions that most robots need not pay for.
+        if self.gear_loss == T::ZERO {
+            return [friction, load];
+        }
+        let slope = self.gear_slope(wheel, mass);
+        [friction + slope * (self.wheel_friction_share * friction), load + slope * load]
     }
 
-    /// [`Self::torque`] as what does not depend on the mass, N·m, and what multiplies it, N·m/kg.
+    /// [`Self::torque`] as what does not depend on the mass, N·m, and what multiplies it, N·m/kg;
+    /// X has the direction that it has at this mass in kg.
     #[inline(always)]
-    pub(crate) fn parts(&self, wheel: &Wheel<T>) -> [T; 2] {
-        let fixed = self.coulomb * wheel.direction
-            + self.viscous * wheel.speed
-            + self.rotor_inertia * wheel.acceleration
-            + self.imbalance * wheel.side;
-        [fixed, self.load_per_kg(wheel)]
+    pub(crate) fn parts(&self, wheel: &Wheel<T>, mass: T) -> [T; 2] {
+        let [fixed, per_kg] = self.gear_input(wheel, mass);
+        [fixed + self.rotor_inertia * wheel.acceleration, per_kg]
     }
 
     /// What a torque draws.
@@ -274,7 +301,7 @@ impl<T: Real> TorqueModel<T> {
     /// masses in question.
     #[inline(always)]
     pub fn polynomial(&self, wheel: &Wheel<T>, reference: T, reach: T) -> WheelPower<T> {
-        let [fixed, per_kg] = self.parts(wheel);
+        let [fixed, per_kg] = self.parts(wheel, reference);
         let torque = fixed + reference * per_kg;
         WheelPower::new(wheel, torque, per_kg, &self.draw(), reach)
     }
@@ -335,6 +362,7 @@ impl<T: Real> TorqueModel<T> {
             imbalance: number(self.imbalance),
             gear_loss: number(self.gear_loss),
             bridge_drop: number(self.bridge_drop),
+            wheel_friction_share: number(self.wheel_friction_share),
             ..TorqueModel::from_array(self.to_array().map(number))
         }
     }

@@ -394,7 +394,13 @@ fn with_traits(columns: &[Column<f32>]) -> Coefficients<f32, 2> {
             ..base.robot
         },
         model: Model::Signed {
-            torque: TorqueModel { imbalance: -0.02, gear_loss: 0.09, bridge_drop: 0.2, ..torque },
+            torque: TorqueModel {
+                imbalance: -0.02,
+                gear_loss: 0.09,
+                bridge_drop: 0.2,
+                wheel_friction_share: 1.0,
+                ..torque
+            },
             drive,
         },
         ..base
@@ -424,6 +430,12 @@ fn every_trait_comes_back() {
             ..plain
         }
     };
+    let through = |gear_loss, wheel_friction_share| {
+        let losing = losing(gear_loss, 0.0);
+        let Model::Signed { torque, drive } = losing.model else { panic!("signed") };
+        let torque = TorqueModel { wheel_friction_share, ..torque };
+        Coefficients { model: Model::Signed { torque, drive }, ..losing }
+    };
     for single in [
         with(SlipMemory::OFF, 0.0, true),
         with(slip(0.5, 0.0), 0.0, false),
@@ -432,6 +444,8 @@ fn every_trait_comes_back() {
         with(SlipMemory { rest: 0.1, ..slip(0.5, 0.0) }, 0.0, false),
         losing(0.25, 0.0),
         losing(0.0, 0.14),
+        through(0.25, 1.0),
+        through(0.25, 0.5),
         all,
         with_traits(&columns_of(&[Cause::Hot, Cause::Delay])),
     ] {
@@ -444,8 +458,11 @@ fn every_trait_comes_back() {
         assert_eq!(double.encode().unwrap(), image);
     }
     assert_eq!(with(SlipMemory::OFF, 0.0, false).encode().unwrap().as_bytes()[4], 1);
+    // Friction passes no gear that has no loss: it makes no difference.
+    let lossless = through(0.0, 1.0).encode().unwrap();
+    assert_eq!(Coefficients::decode(lossless.as_bytes()).unwrap(), with(SlipMemory::OFF, 0.0, false));
     // A gear that takes all of its load, or gives some beside, is none; a bridge that gives is none.
-    for none in [losing(1.0, 0.0), losing(-0.1, 0.0), losing(0.0, -0.1)] {
+    for none in [losing(1.0, 0.0), losing(-0.1, 0.0), losing(0.0, -0.1), through(0.2, 1.1)] {
         let image = none.encode().unwrap();
         assert_eq!(Coefficients::<f32, 2>::decode(image.as_bytes()), Err(DecodeError::Field("coefficients")));
     }
@@ -478,12 +495,13 @@ fn traits_that_are_wrong_are_named() {
             assert_eq!(put(offset, value), wrong, "{value} at {offset}");
         }
     }
-    // Slip and relaxation are not negative; what no version says anything of is 0; traits that are
-    // none are no traits.
+    // Slip and relaxation are not negative; no more friction passes the gear than there is, and
+    // without its loss none; traits that are none are no traits.
     for offset in [108, 112, 120, 124, 128, 132] {
         assert_eq!(put(offset, -0.5), wrong, "{offset}");
     }
-    assert!(put(104, -0.5).is_ok() && put(116, 0.5).is_ok());
+    assert!(put(104, -0.5).is_ok() && put(116, 0.5).is_ok() && put(132, 0.5).is_ok());
+    assert_eq!((put(132, 1.5), put(120, 0.0)), (wrong, wrong));
     assert_eq!(forged(&|b| b[104..136].fill(0)), wrong);
     // Older versions say nothing there.
     let plain = bytes();

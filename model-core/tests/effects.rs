@@ -159,7 +159,7 @@ proptest! {
                 let mut bound = 0.0;
                 for wheel in &motion.wheels {
                     let torque = servo();
-                    let load = torque.load_per_kg(wheel);
+                    let load = torque.passed(wheel, 1.0);
                     let short = size(term) * load * load * (mass - in_hand).powi(2);
                     let most = torque.torque(wheel, mass).abs() + size(term) * (load * mass).powi(2) + short;
                     bound += short * (wheel.speed.abs() + 2.0 * torque.winding_loss * most);

@@ -43,6 +43,7 @@ proptest! {
             inertia_gain: torque.inertia_gain / (c * c),
             winding_loss: torque.winding_loss * c * c, scrub: 0.0, imbalance: 0.0, gear_loss: torque.gear_loss,
             bridge_drop: c * torque.bridge_drop,
+            wheel_friction_share: torque.wheel_friction_share,
         };
         let rescaled = Wheel {
             speed: c * wheel.speed,

@@ -100,34 +100,38 @@ proptest! {
 
     /// With mass m the power stays a polynomial of it: the share holds no mass. d is Coulomb torque
     /// on the right, less on the left, whichever way the wheels turn. e is what the gear takes of
-    /// what passes it, whether the motor drives the wheel or the wheel the motor. δ is a speed in the
-    /// direction of the torque, for the polynomial that of the middle mass's.
+    /// what passes it, whether the motor drives the wheel or the wheel the motor; friction passes
+    /// it or does not, or a part of it does. δ is a speed in the direction of the torque. For the
+    /// polynomial both directions are those of the middle mass.
     #[test]
     fn power_is_still_a_polynomial_of_the_mass(
         torque in torque_model(), scrub in 0.0..0.5_f64, imbalance in -0.5..0.5_f64, share in -1.0..1.0_f64,
         gear_loss in 0.0..0.7_f64, bridge_drop in 0.0..2.0_f64,
+        wheel_friction_share in prop_oneof![Just(0.0), Just(1.0), 0.0..1.0_f64],
         speed in proptest::array::uniform2(prop_oneof![-9.0..-0.1_f64, 0.1..9.0_f64]), mass in 1.0..6.0_f64,
     ) {
-        let torque = TorqueModel { scrub, imbalance, gear_loss, bridge_drop, ..torque };
+        let torque = TorqueModel { scrub, imbalance, gear_loss, bridge_drop, wheel_friction_share, ..torque };
         let matrix = kinematics().mass_matrix(0.064).unwrap();
         let shares = matrix.sides().unwrap().scrub(share);
         let motion = Motion::with_scrub(&speed, &[0.3, -0.4], &shares, &matrix, 0.02);
         let model = Model::Signed { torque, drive: Drive::Regenerative };
-        let torque_of = |side: f64, wheel: &Wheel<f64>, mass: f64| {
+        let torque_of = |side: f64, wheel: &Wheel<f64>, mass: f64, directed_at: f64| {
             let h = wheel.speed.signum();
-            let drive = (torque.coulomb + side * imbalance) * h
-                + torque.viscous * wheel.speed + torque.rotor_inertia * wheel.acceleration;
-            let load = mass
-                * (torque.rolling * h + torque.inertia_gain * wheel.inertial_torque + side * scrub * share);
-            let drives = load * h > 0.0;
-            drive + if drives { (1.0 + gear_loss) * load } else { (1.0 - gear_loss) * load }
+            let friction = (torque.coulomb + side * imbalance) * h + torque.viscous * wheel.speed;
+            let passed = |mass: f64| {
+                let load = torque.rolling * h + torque.inertia_gain * wheel.inertial_torque + side * scrub * share;
+                wheel_friction_share * friction + mass * load
+            };
+            let factor = if passed(directed_at) * h > 0.0 { 1.0 + gear_loss } else { 1.0 - gear_loss };
+            let before_the_gear = (1.0 - wheel_friction_share) * friction + torque.rotor_inertia * wheel.acceleration;
+            before_the_gear + factor * passed(mass)
         };
         let range = common::range();
-        // By the direction that the torque has at this mass.
+        // By the directions at this mass.
         let power = |directed_at: f64| -> f64 {
             let of = |(side, wheel): (&f64, &Wheel<f64>)| {
-                let tau = torque_of(*side, wheel, mass);
-                let dropped = bridge_drop * torque_of(*side, wheel, directed_at).signum();
+                let tau = torque_of(*side, wheel, mass, directed_at);
+                let dropped = bridge_drop * torque_of(*side, wheel, directed_at, directed_at).signum();
                 tau * (wheel.speed + dropped) + torque.winding_loss * tau * tau
             };
             [-1.0, 1.0].iter().zip(&motion.wheels).map(of).sum()

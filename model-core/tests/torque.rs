@@ -56,6 +56,25 @@ proptest! {
         prop_assert!(close(power, expected, scale, 2e-14), "{} {}", power, expected);
     }
 
+    /// Whatever passes the gear, a share of its size is lost against the motion: of the load alone
+    /// where friction is the motor's, of both where it is the wheel's.
+    #[test]
+    fn what_passes_the_gear_loses(
+        torque in torque_model(), wheel in wheel(), mass in 0.1..50.0_f64, gear_loss in 0.0..0.6_f64,
+    ) {
+        let of = |wheel_friction_share| TorqueModel { gear_loss, wheel_friction_share, ..torque };
+        let lossless = torque.torque(&wheel, mass);
+        let along = lossless * wheel.direction;
+        let friction = (torque.coulomb + torque.viscous * wheel.speed.abs()) * wheel.direction;
+        let rotor = torque.rotor_inertia * wheel.acceleration;
+        let scale = 1e3 * (1.0 + along.abs() + rotor.abs());
+        for (share, passed) in [(0.0, lossless - rotor - friction), (1.0, lossless - rotor)] {
+            let lost = of(share).torque(&wheel, mass) * wheel.direction - along;
+            prop_assert!(close(lost, gear_loss * passed.abs(), scale, 1e-14), "{} {}", share, lost);
+            prop_assert!(close(of(share).passed(&wheel, mass), passed, scale, 1e-14));
+        }
+    }
+
     /// Power is negative only where the torque is against the motion: then, for some mass of the
     /// range, the flag is up. Where the torque drives at all masses it is down, so that no sample
     /// is lost for nothing.

@@ -147,6 +147,8 @@ SCALES = {
 NAMES = {"slip_relaxation_rad": "relaxation", "slip_rest_rad_s": "rest", "power_delay_s": "delay_s", "true_slip_s_rad": "true_slip"}
 # Not fitted here: taken as `gmr fit` found it.
 DELAY = "delay_s"
+# Share of the friction that passes the gear: none or all, whichever fits better.
+FRICTION = "wheel_friction_share"
 # Turn rate by a gyro, counter-clockwise, rad/s.
 YAW_RATE = "yaw_rate_rad_s"
 
@@ -161,9 +163,10 @@ def model(q, rows, regenerates):
     m = rows.mass[:, None]
     load = m * (g("rolling", 0.0) * rows.direction + g("inertia_gain", 0.0) * rows.inertial
                 + g("scrub", 0.0) * turn[:, None] * rows.lateral * moving)
-    torque = ((g("coulomb", 0.0) + g("imbalance", 0.0) * rows.lateral) * rows.direction
-              + g("viscous", 0.0) * rows.speed + g("rotor_inertia", 0.0) * rows.acceleration
-              + load + g("gear_loss", 0.0) * np.abs(load) * rows.direction)
+    friction = (g("coulomb", 0.0) + g("imbalance", 0.0) * rows.lateral) * rows.direction + g("viscous", 0.0) * rows.speed
+    passed = g(FRICTION, 0.0) * friction + load
+    torque = (friction + g("rotor_inertia", 0.0) * rows.acceleration + load
+              + g("gear_loss", 0.0) * np.abs(passed) * rows.direction)
     power = torque * rows.speed + g("winding_loss", 0.0) * torque ** 2 + g("bridge_drop", 0.0) * np.abs(torque)
     if not regenerates:
         power = np.maximum(power, 0.0)
@@ -171,13 +174,19 @@ def model(q, rows, regenerates):
 
 
 def solve(rows, names, regenerates, starts, seed=0):
-    """The least cost of many starts (sum of squares, W²), and where."""
+    """The least cost of many starts and of both places of friction (sum of squares, W²), and where."""
+    shares = (0.0, 1.0) if "gear_loss" in names else (0.0,)
+    return min((descend(rows, names, regenerates, starts, seed, share) for share in shares), key=lambda end: end[0])
+
+
+def descend(rows, names, regenerates, starts, seed, share):
+    """The same where this share of the friction passes the gear."""
     rng = np.random.default_rng(seed)
     scale = np.array([SCALES[n] for n in names])
     low = np.array([-np.inf if n == "imbalance" else 0.0 for n in names])
 
     def residual(x):
-        return model(dict(zip(names, x * scale)), rows, regenerates) - rows.power
+        return model(dict(zip(names, x * scale)) | {FRICTION: share}, rows, regenerates) - rows.power
 
     best = None
     for _ in range(starts):
@@ -185,7 +194,7 @@ def solve(rows, names, regenerates, starts, seed=0):
         found = least_squares(residual, x, bounds=(low, np.inf), x_scale="jac", max_nfev=200)
         if best is None or found.cost < best.cost:
             best = found
-    return 2.0 * best.cost, dict(zip(names, (best.x * scale).tolist()))
+    return 2.0 * best.cost, dict(zip(names, (best.x * scale).tolist())) | ({FRICTION: share} if share else {})
 
 
 def written(coefficients):
@@ -204,15 +213,16 @@ def beside(fit, coefficients, logs, starts=STARTS):
     """R² of the fit's parameters and of the best of many starts, on the same rows."""
     document, values = written(coefficients)
     delay = values.pop(DELAY, 0.0)
-    if not values.keys() <= SCALES.keys():
-        return {"error": f"no independent form has {', '.join(sorted(values.keys() - SCALES.keys()))}"}
+    unknown = values.keys() - SCALES.keys() - {FRICTION}
+    if unknown:
+        return {"error": f"no independent form has {', '.join(sorted(unknown))}"}
     masses = document["fit"]["masses_kg"]
     masses = masses if len(masses) == len(logs) else [masses[0]] * len(logs)
     robot = document["robot"]
     rows = read(logs, robot, masses, delay, "true_slip" in values)
     total = float(np.sum((rows.power - rows.power.mean()) ** 2))
     own = float(np.sum((model(values, rows, robot["regeneration"]) - rows.power) ** 2))
-    cost, best = solve(rows, list(values), robot["regeneration"], starts)
+    cost, best = solve(rows, [name for name in values if name != FRICTION], robot["regeneration"], starts)
     return {
         "r2_told": fit["r2"] if fit else None, "r2_fit": 1.0 - own / total, "r2_independent": 1.0 - cost / total,
         "cost_above_best": own / cost - 1.0, "fit": values, "independent": best, "starts": starts, "rows": len(rows.power),

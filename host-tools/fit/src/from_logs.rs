@@ -114,6 +114,8 @@ pub struct Answer {
     pub slip_rest_rad_s: f64,
     /// How much of the scrub a rad/s of true slip adds.
     pub true_slip_s_rad: f64,
+    /// Share of the friction that passes a gear with a loss of its own.
+    pub wheel_friction_share: f64,
     /// What unseen blocks said of each further term.
     pub terms: Vec<Judged>,
     /// What the logs look like, then what the fit says against itself.
@@ -192,6 +194,10 @@ fn told(fit: Fit, robot: &Robot, warnings: Vec<Warning>, written: Option<String>
         slip_relaxation_rad: conditioning.slip.relaxation,
         slip_rest_rad_s: conditioning.slip.rest,
         true_slip_s_rad: conditioning.true_slip,
+        wheel_friction_share: match &fit.model {
+            Model::Signed { torque, .. } => torque.wheel_friction_share,
+            Model::Eq18 { .. } => 0.0,
+        },
         terms: fit.judged,
         warnings,
         shortcoming: fit.shortcoming,

@@ -22,7 +22,7 @@ impl Fit {
         let losses = match &self.model {
             Model::Signed { torque, .. } => {
                 let FreeTerms { gear_loss, bridge_drop, .. } = FreeTerms::of(torque);
-                usize::from(gear_loss) + usize::from(bridge_drop)
+                usize::from(gear_loss.is_some()) + usize::from(bridge_drop)
             }
             Model::Eq18 { .. } => 0,
         };

@@ -25,6 +25,7 @@ pub(super) const REFERENCE: TorqueModel<f64> = TorqueModel {
     imbalance: 0.0,
     gear_loss: 0.0,
     bridge_drop: 0.0,
+    wheel_friction_share: 0.0,
 };
 
 pub(super) fn no_change() -> Drift {

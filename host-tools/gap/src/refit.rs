@@ -34,7 +34,7 @@ pub fn asked_for(
     let form = FreeTerms::of(&base.torque);
     let has = |term: &Term| match term {
         Term::UnequalSides => form.unequal_sides,
-        Term::GearLoss => form.gear_loss,
+        Term::GearLoss => form.gear_loss.is_some(),
         Term::BridgeDrop => form.bridge_drop,
         Term::Delay | Term::SlipMemory | Term::TrueSlip => false,
     };

@@ -28,8 +28,8 @@ fn scope(runs: &Runs, known: &Base) -> Scope {
     let count = rows().count().max(1) as f64;
     let mass = rows().map(|row| row.mass).sum::<f64>() / count;
     let moving: Vec<f64> = rows().filter(|row| row.wheels.is_moving()).map(|row| row.power.abs()).collect();
-    let torque =
-        (base.coulomb + base.supplied_rolling() * mass + base.viscous * speed) * (1.0 + f64::EPSILON);
+    let torque = (base.supplied_coulomb() + base.supplied_rolling() * mass + base.supplied_viscous() * speed)
+        * (1.0 + f64::EPSILON);
     let last = runs.runs.iter().filter_map(|run| run.rows.last());
     let column = |name: &String| {
         let place = runs.column(name)?;

@@ -221,7 +221,10 @@ fn print_terms(fit: &Answer) {
                 )
             }
             (Term::UnequalSides, true) => "unequal sides".to_owned(),
-            (Term::GearLoss, true) => "the gear takes a share of what passes it".to_owned(),
+            (Term::GearLoss, true) if fit.wheel_friction_share > 0.0 => {
+                "the gear takes a share of what passes it, friction included".to_owned()
+            }
+            (Term::GearLoss, true) => "the gear takes a share of what passes it, friction apart".to_owned(),
             (Term::BridgeDrop, true) => "the bridge takes a voltage of its own".to_owned(),
             (Term::TrueSlip, true) => {
                 format!("true slip by the gyro: {:.3} of the scrub per rad/s", fit.true_slip_s_rad)

@@ -4,6 +4,10 @@
 use std::sync::OnceLock;
 
 use crate::common::{Bench, keys, number, simulate};
+use logs::robot::Robot;
+use model::coefficients::CoefficientsFile;
+use plant::gear::Gear;
+use plant::{Columns, Effect, Kinematics, PayloadSchedule, PlantSet, ProfileKind, Scenario};
 use serde_json::Value;
 
 const KEYS: [&str; 26] = [
@@ -235,6 +239,12 @@ fn sizes_are_those_of_the_world() {
     }
 }
 
+/// Of the plant's gear.
+const EFFICIENCY: f64 = 0.7598;
+
+/// e of such a gear.
+const LOSS: f64 = (1.0 - EFFICIENCY * EFFICIENCY) / (1.0 + EFFICIENCY * EFFICIENCY);
+
 /// The plant's gear passes η = 0.76 of what drives the wheel, and η of what drives the motor back:
 /// e = (1 − η²)/(1 + η²), and a load costs g₄ (1 + e) = 1/η of itself.
 #[test]
@@ -252,13 +262,60 @@ fn the_loss_of_the_gear_is_that_of_the_plant() {
         let one = all.iter().find(|one| one["name"] == name).unwrap_or_else(|| panic!("{name}: {fitted:#}"));
         (number(&one["value"]), number(&one["std_err"]))
     };
-    let efficiency: f64 = 0.7598;
-    let truth = (1.0 - efficiency.powi(2)) / (1.0 + efficiency.powi(2));
     let (loss, std_err) = parameter("gear_loss");
     // 99 %.
-    assert!((loss - truth).abs() < 2.58 * std_err && std_err < 0.2 * truth, "{loss} ± {std_err}: {truth}");
+    assert!((loss - LOSS).abs() < 2.58 * std_err && std_err < 0.2 * LOSS, "{loss} ± {std_err}: {LOSS}");
     let (gain, _) = parameter("inertia_gain");
-    assert!((gain * (1.0 + loss) * efficiency - 1.0).abs() < 0.05, "{gain} {loss}");
+    assert!((gain * (1.0 + loss) * EFFICIENCY - 1.0).abs() < 0.05, "{gain} {loss}");
+}
+
+/// On a smooth floor, with drives that give power back: friction of the motors does not pass the
+/// gear; brakes that rub and grease in the bearings of the wheels, in the place of it, do.
+#[test]
+fn friction_of_the_wheels_passes_the_gear() {
+    let burger = include_str!("../../robots/burger.toml");
+    for at_wheels in [false, true] {
+        let bench = Bench::new();
+        bench.put("robot.toml", burger.replace("regeneration = false", "regeneration = true"));
+        let logs: Vec<String> = (1..=6).map(|k| format!("{k}.csv")).collect();
+        for (k, log) in (1..).zip(&logs) {
+            let kind = if k % 2 == 0 { ProfileKind::Training } else { ProfileKind::Test };
+            let mut scenario = Scenario::new(PlantSet::Gearmotor, Kinematics::Differential, kind, 60.0, k);
+            (scenario.payload, scenario.rate_hz) = (PayloadSchedule::constant(k as f64), 20.0);
+            scenario.sensors.power_noise_w = 0.05;
+            scenario.drive.regeneration = true;
+            for (place, wheel) in (1..=2).zip(&mut scenario.robot.wheels) {
+                wheel.rolling_resistance = 0.005;
+                let (Gear { ratio, efficiency }, motor) = (wheel.gear, &mut wheel.motor);
+                if at_wheels {
+                    let drag = format!("wheel-drag={}:wheel={place}", ratio * efficiency * motor.coulomb);
+                    scenario.effects.push(Effect::parse(&drag).unwrap());
+                    wheel.viscous = ratio.powi(2) * efficiency * motor.viscous;
+                    (motor.coulomb, motor.viscous) = (0.0, 0.0);
+                }
+            }
+            plant::log::write(&bench.path(log), &scenario, &Columns::default()).unwrap();
+        }
+        let logs: Vec<&str> = logs.iter().map(String::as_str).collect();
+        let fitted =
+            bench.json(&[&["fit", "--robot", "robot.toml", "--out", "gear.toml"], &logs[..]].concat());
+        assert_eq!(fitted["wheel_friction_share"], f64::from(u8::from(at_wheels)), "{fitted:#}");
+        let parameter = |name: &str| {
+            let all = fitted["parameters"].as_array().unwrap();
+            number(&all.iter().find(|one| one["name"] == name).unwrap()["value"])
+        };
+        // Friction that always drives hides a part of the loss, but not of what a load costs.
+        let loss = parameter("gear_loss");
+        assert!((loss / LOSS - 1.0).abs() < if at_wheels { 0.5 } else { 0.1 }, "{loss}: {LOSS}");
+        let gain = parameter("inertia_gain") * (1.0 + loss);
+        assert!((gain * EFFICIENCY - 1.0).abs() < 0.02, "{gain}");
+        // Only a file with such friction names it; read and written again it is what it was.
+        let text = bench.text("gear.toml");
+        assert_eq!(text.contains("wheel_friction_share"), at_wheels, "{text}");
+        let (file, robot) = (bench.path("gear.toml"), Robot::parse(&bench.text("robot.toml")).unwrap());
+        let read = CoefficientsFile::read(&file, &robot).unwrap();
+        assert_eq!(read.text(&file).unwrap(), text);
+    }
 }
 
 /// A slope that the pitch shows, while the clean runs were level and did not measure it.

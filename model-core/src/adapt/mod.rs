@@ -260,7 +260,7 @@ impl<T: Real, const N: usize> Adaptive<T, N> {
         let (mut power, mut slopes, mut least) = (T::ZERO, [T::ZERO; STATES], T::INFINITY);
         let draw = self.torque.draw();
         for wheel in &motion.wheels {
-            let [fixed, per_kg] = self.torque.parts(wheel);
+            let [fixed, per_kg] = self.torque.parts(wheel, mass);
             let torque = fixed + mass * per_kg;
             let wheel_power = draw.power(wheel.speed, torque);
             power += match self.drive {
@@ -271,7 +271,7 @@ impl<T: Real, const N: usize> Adaptive<T, N> {
             let [by_mass, by_rolling, by_scrub] = &mut slopes;
             *by_mass += by_torque * per_kg * mass_unit;
             // What a friction adds passes the gear.
-            let by_load = by_torque * mass * self.torque.gear_factor(wheel);
+            let by_load = by_torque * mass * (T::ONE + self.torque.gear_slope(wheel, mass));
             *by_rolling += by_load * wheel.direction * rolling_unit;
             *by_scrub += by_load * wheel.scrub * scrub_unit;
             let middle = fixed + self.range.middle() * per_kg;

@@ -89,7 +89,7 @@ impl<T: Real, const N: usize> Extended<'_, T, N> {
         let mut sum = T::ZERO;
         for (at, wheel, warmth) in self.turning_wheels(motion, scene) {
             let mut torque = self.torque.torque(wheel, scene.mass);
-            let gear_input = self.torque.gear_input(wheel);
+            let gear_input = self.torque.gear_input(wheel, scene.mass);
             let mut draw = self.torque.draw();
             for effect in self.effects {
                 let effect_torque = effect.term.torque(&at, wheel, &whole, gear_input, scene);
@@ -163,8 +163,8 @@ impl<T: Real, const N: usize> Extended<'_, T, N> {
         let mut least_of_all = T::INFINITY;
         let wheels = self.turning_wheels(motion, scene);
         for (power, (at, wheel, warmth)) in powers.iter_mut().zip(wheels) {
-            let [mut fixed, mut per_kg] = self.torque.parts(wheel);
-            let gear_input = self.torque.gear_input(wheel);
+            let [mut fixed, mut per_kg] = self.torque.parts(wheel, scene.mass);
+            let gear_input = self.torque.gear_input(wheel, scene.mass);
             let mut draw = self.torque.draw();
             for effect in self.effects {
                 let effect_torque = effect.term.torque(&at, wheel, &whole, gear_input, scene);

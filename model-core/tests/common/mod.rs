@@ -87,6 +87,7 @@ pub(crate) fn servo() -> TorqueModel<f64> {
         imbalance: 0.0,
         gear_loss: 0.0,
         bridge_drop: 0.0,
+        wheel_friction_share: 0.0,
     }
 }
 
@@ -145,6 +146,7 @@ pub(crate) fn torque_model() -> impl Strategy<Value = TorqueModel<f64>> {
             imbalance: 0.0,
             gear_loss: 0.0,
             bridge_drop: 0.0,
+            wheel_friction_share: 0.0,
         },
     )
 }

@@ -148,6 +148,7 @@ fn coefficients() -> Option<Coefficients<f32, WHEELS>> {
         imbalance: 0.0,
         gear_loss: 0.0,
         bridge_drop: 0.0,
+        wheel_friction_share: 0.0,
     };
     Some(Coefficients {
         robot: Robot {

@@ -75,8 +75,8 @@ pub fn export(robot: &Robot, coefficients: &FittedModel, mass_kg: f64) -> Result
         robot: robot.name().to_owned(),
         mass_kg,
         wheels: coefficients.robot.wheels(),
-        friction_nm: torque.coulomb + rolling * mass_kg,
-        damping_nm_s_rad: torque.viscous,
+        friction_nm: torque.supplied_coulomb() + rolling * mass_kg,
+        damping_nm_s_rad: torque.supplied_viscous(),
         armature_kg_m2: torque.rotor_inertia,
         lost,
     })

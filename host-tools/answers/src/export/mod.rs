@@ -98,7 +98,9 @@ fn drives_lost(coefficients: &FittedModel) -> Vec<Lost> {
         all.push(lost("imbalance", format!("{:.4} N·m between the sides", torque.imbalance)));
     }
     if torque.gear_loss != 0.0 {
-        all.push(lost("gear_loss", format!("{:.3} of what passes the gear, either way", torque.gear_loss)));
+        let whose = if torque.wheel_friction_share > 0.0 { "friction included" } else { "friction apart" };
+        let so = format!("{:.3} of what passes the gear, {whose}, either way", torque.gear_loss);
+        all.push(lost("gear_loss", so));
     }
     if torque.bridge_drop != 0.0 {
         all.push(lost(

@@ -27,6 +27,9 @@ struct Truth {
     late: usize,
     imbalance: f64,
     gear_loss: f64,
+    wheel_friction_share: f64,
+    /// Drives give braking power back, and the robot drives straight, with a third of the friction.
+    brakes: bool,
     bridge_drop: f64,
     /// q, s/rad.
     true_slip: f64,
@@ -56,6 +59,14 @@ fn husky() -> (Robot, CoreRobot<f64, 2>) {
     let robot = Robot::named("husky").unwrap();
     // A lower filter makes the steps of sgn and clamp later than the speeds, which is a delay as
     // far as the model goes.
+    let core = robot.core::<2>(8.0).unwrap();
+    (robot, core)
+}
+
+/// The same with drives that give braking power back.
+fn regenerative() -> (Robot, CoreRobot<f64, 2>) {
+    let text = include_str!("../../../robots/husky.toml");
+    let robot = Robot::parse(&text.replace("regeneration = false", "regeneration = true")).unwrap();
     let core = robot.core::<2>(8.0).unwrap();
     (robot, core)
 }
@@ -96,13 +107,18 @@ fn difference([left, right]: &[f64; 2]) -> f64 {
 
 /// A log of such a robot with 2 W of noise.
 fn log(core: &CoreRobot<f64, 2>, truth: Truth, seed: u64) -> Pilots {
+    let easy = if truth.brakes { 1.0 / 3.0 } else { 1.0 };
     let torque = TorqueModel {
         imbalance: truth.imbalance,
         gear_loss: truth.gear_loss,
+        wheel_friction_share: truth.wheel_friction_share,
         bridge_drop: truth.bridge_drop,
-        ..TorqueModel::from_array([3.0, 0.02, 0.5, 0.1, 1.2, 0.06, 0.25])
+        ..TorqueModel::from_array([3.0 * easy, 0.02 * easy, 0.5 * easy, 0.1, 1.2, 0.06, 0.25])
     };
-    let speeds = speeds(seed);
+    let mut speeds = speeds(seed);
+    if truth.brakes {
+        speeds.iter_mut().for_each(|[left, right]| *right = *left);
+    }
     let (matrix, sides) = (&core.mass_matrix, core.mass_matrix.sides().unwrap());
     let mut slip = Slip::default();
     let mut power = Vec::new();
@@ -123,8 +139,9 @@ fn log(core: &CoreRobot<f64, 2>, truth: Truth, seed: u64) -> Pilots {
         };
         let share = share + truth.true_slip * ground[index] * rims.difference;
         let motion = Motion::with_scrub(speed, &acceleration, &sides.scrub(share), matrix, core.dead_band);
-        power
-            .push(motion.wheels.iter().map(|wheel| torque.wheel_power(wheel, MASS_KG).max(0.0)).sum::<f64>());
+        let least = if truth.brakes { f64::NEG_INFINITY } else { 0.0 };
+        let of_wheel = |wheel| torque.wheel_power(wheel, MASS_KG).max(least);
+        power.push(motion.wheels.iter().map(of_wheel).sum::<f64>());
     }
     let random = &mut ChaCha8Rng::seed_from_u64(100 + seed);
     let row = |index: usize| {
@@ -157,7 +174,7 @@ fn log(core: &CoreRobot<f64, 2>, truth: Truth, seed: u64) -> Pilots {
 }
 
 fn chosen(truth: Truth, seed: u64) -> Choice {
-    let (robot, core) = husky();
+    let (robot, core) = if truth.brakes { regenerative() } else { husky() };
     choose(&robot, &Chassis::new(&core), &TERMS_WITH_GYRO, &log(&core, truth, seed), &|_| false)
 }
 
@@ -222,7 +239,21 @@ fn unequal_sides_are_found() {
 fn the_loss_of_a_gear_is_found() {
     let choice = chosen(Truth { gear_loss: 0.2, ..Truth::default() }, 1);
     assert_eq!(taken(&choice), [Term::GearLoss], "{choice:?}");
-    assert!(choice.form.free_terms.gear_loss);
+    assert_eq!(choice.form.free_terms.gear_loss, Some(0.0));
+}
+
+/// Any braking drives the motor back where friction does not pass the gear, and hard braking alone
+/// where it does: drives that give power back tell which.
+#[test]
+fn the_friction_that_passes_a_gear_is_found() {
+    for wheel_friction_share in [0.0, 1.0] {
+        for seed in 0..3 {
+            let truth = Truth { gear_loss: 0.2, wheel_friction_share, brakes: true, ..Truth::default() };
+            let choice = chosen(truth, seed);
+            assert_eq!(taken(&choice), [Term::GearLoss], "{choice:?}");
+            assert_eq!(choice.form.free_terms.gear_loss, Some(wheel_friction_share), "{choice:?}");
+        }
+    }
 }
 
 /// 0.4 V of 24 V, as the winding's loss alone does not show them.

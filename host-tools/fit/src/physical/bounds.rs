@@ -105,7 +105,7 @@ impl Bounds {
             (SPREAD * ideal, HOT * ideal / efficiency.powi(2))
         });
         let imbalance = if free_terms.unequal_sides { drag } else { 0.0 };
-        let gear_loss = if free_terms.gear_loss { MOST_GEAR_LOSS } else { 0.0 };
+        let [gear_loss, share] = free_terms.gear_loss.map_or([0.0; 2], |share| [MOST_GEAR_LOSS, share]);
         let bridge_drop = if free_terms.bridge_drop { 0.5 * SPEED_RESERVE * fastest } else { 0.0 };
         let upper = [
             drag,
@@ -118,8 +118,9 @@ impl Bounds {
             imbalance,
             gear_loss,
             bridge_drop,
+            share,
         ];
-        let lower = [0.0, 0.0, 0.0, 0.0, 0.0, least_loss, 0.0, -imbalance, 0.0, 0.0];
+        let lower = [0.0, 0.0, 0.0, 0.0, 0.0, least_loss, 0.0, -imbalance, 0.0, 0.0, share];
         Self(levenberg_marquardt::Bounds { lower: lower.into(), upper: upper.into() })
     }
 
@@ -149,7 +150,7 @@ impl Bounds {
         &self.0.upper
     }
 
-    /// Parameters at a bound other than 0.
+    /// Free parameters at a bound other than 0.
     pub fn met_by(&self, parameters: &Parameters) -> Vec<AtBound> {
         let at = |place: usize| {
             let bounds = [self.0.lower[place], self.0.upper[place]];
@@ -160,6 +161,7 @@ impl Bounds {
                 of_motor: place == WINDING_LOSS && self.0.lower[place] > 0.0,
             })
         };
-        (0..COUNT).filter_map(at).collect()
+        let free = self.free();
+        (0..COUNT).filter(|place| free[*place]).filter_map(at).collect()
     }
 }

@@ -9,11 +9,12 @@ use rayon::prelude::*;
 use super::super::dataset::{Kept, Stretch};
 use super::block::{self, Block, dot};
 
-/// How many parameters there are: what both sides share, their imbalance, and the losses of gear
-/// and bridge.
-pub const PARAMETERS: usize = torque::PARAMETERS + 3;
+/// How many parameters there are: what both sides share, their imbalance, the losses of gear and
+/// bridge, and the share of the friction that passes the gear.
+pub const PARAMETERS: usize = torque::PARAMETERS + 4;
 
-/// In the order of [`TorqueModel::to_array`], then the imbalance and the losses of gear and bridge.
+/// In the order of [`TorqueModel::to_array`], then the imbalance, the losses of gear and bridge,
+/// and the share of the friction that passes the gear.
 pub type Parameters = SVector<f64, PARAMETERS>;
 
 type Matrix = SMatrix<f64, PARAMETERS, PARAMETERS>;
@@ -29,6 +30,10 @@ pub const GEAR_LOSS: usize = IMBALANCE + 1;
 
 /// Place of the bridge's drop, which multiplies no part of the torque either.
 pub const BRIDGE_DROP: usize = GEAR_LOSS + 1;
+
+/// Place of the share of the friction that passes the gear. It is part of the form, so no search
+/// moves it.
+pub(super) const WHEEL_FRICTION_SHARE: usize = BRIDGE_DROP + 1;
 
 /// What a residual of r W costs.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -76,6 +81,7 @@ pub fn torque(parameters: &Parameters) -> TorqueModel<f64> {
         imbalance: parameters[IMBALANCE],
         gear_loss: parameters[GEAR_LOSS],
         bridge_drop: parameters[BRIDGE_DROP],
+        wheel_friction_share: parameters[WHEEL_FRICTION_SHARE],
         ..TorqueModel::from_array(shared.into())
     }
 }
@@ -83,25 +89,27 @@ pub fn torque(parameters: &Parameters) -> TorqueModel<f64> {
 /// The parameters of a model.
 pub fn parameters(torque: &TorqueModel<f64>) -> Parameters {
     let shared = torque.to_array();
-    let free_terms = [torque.imbalance, torque.gear_loss, torque.bridge_drop];
-    Parameters::from_fn(|i, _| *shared.get(i).unwrap_or_else(|| &free_terms[i - IMBALANCE]))
+    let others = [torque.imbalance, torque.gear_loss, torque.bridge_drop, torque.wheel_friction_share];
+    Parameters::from_fn(|i, _| *shared.get(i).unwrap_or_else(|| &others[i - IMBALANCE]))
 }
 
 /// ∂τ/∂θ of a wheel: N·m per unit of each parameter.
 #[inline(always)]
 pub(super) fn along(torque: &TorqueModel<f64>, wheel: &Wheel<f64>, mass: f64) -> [f64; PARAMETERS] {
-    // What passes the gear.
-    let load = mass * torque.gear_factor(wheel);
+    let slope = torque.gear_slope(wheel, mass);
+    let load = mass * (1.0 + slope);
+    let friction = 1.0 + torque.wheel_friction_share * slope;
     [
-        wheel.direction,
+        friction * wheel.direction,
         wheel.direction * load,
-        wheel.speed,
+        friction * wheel.speed,
         wheel.acceleration,
         load * wheel.inertial_torque,
         0.0,
         load * wheel.scrub,
-        wheel.side,
-        mass * torque.gear_share(wheel),
+        friction * wheel.side,
+        torque.gear_share(wheel, mass),
+        0.0,
         0.0,
     ]
 }

@@ -34,12 +34,12 @@ use super::dataset::{Dataset, Rows, Stretch};
 pub use numerics::levenberg_marquardt::Ending;
 
 /// Terms of the torque model that are free in some fits and 0 in the others.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FreeTerms {
     /// The sides' Coulomb torques differ.
     pub unequal_sides: bool,
-    /// The gear takes a share of what passes it.
-    pub gear_loss: bool,
+    /// The gear takes a share of what passes it; of the friction this share passes.
+    pub gear_loss: Option<f64>,
     /// The bridge takes a voltage from whatever current passes it.
     pub bridge_drop: bool,
 }
@@ -49,7 +49,7 @@ impl FreeTerms {
     pub fn of(torque: &TorqueModel<f64>) -> Self {
         Self {
             unequal_sides: torque.imbalance != 0.0,
-            gear_loss: torque.gear_loss != 0.0,
+            gear_loss: (torque.gear_loss != 0.0).then_some(torque.wheel_friction_share),
             bridge_drop: torque.bridge_drop != 0.0,
         }
     }
@@ -58,8 +58,11 @@ impl FreeTerms {
     pub fn places(self, scrubs: bool) -> Vec<usize> {
         // Wheels that do not scrub have no such parameter.
         let shared = 0..model_core::torque::PARAMETERS - usize::from(!scrubs);
-        let free =
-            [(self.unequal_sides, IMBALANCE), (self.gear_loss, GEAR_LOSS), (self.bridge_drop, BRIDGE_DROP)];
+        let free = [
+            (self.unequal_sides, IMBALANCE),
+            (self.gear_loss.is_some(), GEAR_LOSS),
+            (self.bridge_drop, BRIDGE_DROP),
+        ];
         shared.chain(free.into_iter().filter_map(|(is_free, place)| is_free.then_some(place))).collect()
     }
 }

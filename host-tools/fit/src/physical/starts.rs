@@ -72,7 +72,9 @@ impl Alone {
         for loss in LOSSES {
             for inertia in INERTIAS {
                 let scale = 0.3 / (1.0 + loss);
-                starts.push(self.start(&[scale, scale, scale, inertia, inertia, loss, scale, 0.0, 0.0, 0.0]));
+                starts.push(
+                    self.start(&[scale, scale, scale, inertia, inertia, loss, scale, 0.0, 0.0, 0.0, 0.0]),
+                );
             }
         }
         starts

@@ -8,11 +8,11 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::super::dataset::{Kept, Row};
-use super::cost::{Cost, Loss};
+use super::cost::{Cost, Loss, WHEEL_FRICTION_SHARE};
 use super::restarts::restart_within;
 use super::{Bounds, PARAMETERS, Parameters, Rows, Solution};
 
-const TRUTH: [f64; PARAMETERS] = [0.05, 0.008, 0.007, 0.0065, 1.6, 2.5, 0.02, -0.01, 0.1, 0.15];
+const TRUTH: [f64; PARAMETERS] = [0.05, 0.008, 0.007, 0.0065, 1.6, 2.5, 0.02, -0.01, 0.1, 0.15, 0.0];
 
 fn noise(random: &mut ChaCha8Rng) -> f64 {
     random.sample(rand_distr::StandardNormal)
@@ -58,8 +58,8 @@ fn solve(rows: &[Row], drive: Drive, bounds: &Bounds) -> Solution {
 }
 
 fn bounds(winding_loss: f64) -> Bounds {
-    let lower = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0];
-    Bounds::from_ends(lower, [1.0, 1.0, 1.0, 1.0, 25.0, winding_loss, 1.0, 1.0, 0.5, 1.0])
+    let lower = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0];
+    Bounds::from_ends(lower, [1.0, 1.0, 1.0, 1.0, 25.0, winding_loss, 1.0, 1.0, 0.5, 1.0, 0.0])
 }
 
 fn wide() -> Bounds {
@@ -144,14 +144,16 @@ fn no_start_ends_lower() {
 }
 
 /// Derivatives against central differences, far from the clamp's edge: 1e-6 of a gradient's size.
+/// Friction passes the gear or does not.
 #[test]
 fn derivatives_are_those_of_the_cost() {
     let rows = kept(&rows(200, 0.1, Drive::Regenerative));
-    for loss in [Loss::Squares, Loss::Huber(0.5)] {
+    for (loss, share) in [(Loss::Squares, 0.0), (Loss::Squares, 1.0), (Loss::Huber(0.5), 1.0)] {
         let cost = Cost { rows: rows.all(), drive: Drive::Regenerative, loss, free: [true; PARAMETERS] };
-        let at = Parameters::from(TRUTH) * 1.1;
+        let mut at = Parameters::from(TRUTH) * 1.1;
+        at[WHEEL_FRICTION_SHARE] = share;
         let (gradient, _) = cost.derivatives(&at);
-        for i in 0..PARAMETERS {
+        for i in 0..WHEEL_FRICTION_SHARE {
             let by = 1e-6 * at[i].abs();
             let moved = |by: f64| {
                 let mut moved = at;

@@ -107,7 +107,7 @@ fn solve(
     // Sides that were alike stay so. Sums say nothing of the losses of gear and bridge, which stay
     // as they are.
     let free_terms = FreeTerms::of(reference);
-    let places = FreeTerms { gear_loss: false, bridge_drop: false, ..free_terms }.places(core.scrubs());
+    let places = FreeTerms { gear_loss: None, bridge_drop: false, ..free_terms }.places(core.scrubs());
     let shared = verdict::TORQUE.len() - usize::from(!core.scrubs());
     let bounds = Bounds::up_to(core, all.summary.fastest_rad_s, robot.motor(), free_terms);
     let of = |local: &Local| {

@@ -40,6 +40,9 @@ pub const IMBALANCE: Quantity = quantity("imbalance", "N·m");
 /// it.
 pub const GEAR_LOSS: Quantity = quantity("gear_loss", "1");
 
+/// Share of the friction that passes a gear with a loss of its own; 0 in files that do not say it.
+pub(super) const WHEEL_FRICTION_SHARE: Quantity = quantity("wheel_friction_share", "1");
+
 /// Voltage that the bridge takes over the motor's constant at the wheel. Not in the covariance, and
 /// only in files that have it.
 pub const BRIDGE_DROP: Quantity = quantity("bridge_drop", "rad/s");
@@ -77,9 +80,11 @@ pub(super) fn named(model: &Model<f64>, scrubs: bool) -> Vec<(&'static str, f64)
 /// Names and values of what this torque model has of its own, beyond what all have.
 pub(super) fn traits(model: &Model<f64>) -> Vec<(&'static str, f64)> {
     let Model::Signed { torque, .. } = model else { return Vec::new() };
+    let share = if torque.gear_loss == 0.0 { 0.0 } else { torque.wheel_friction_share };
     let traits = [
         (IMBALANCE.name, torque.imbalance),
         (GEAR_LOSS.name, torque.gear_loss),
+        (WHEEL_FRICTION_SHARE.name, share),
         (BRIDGE_DROP.name, torque.bridge_drop),
     ];
     traits.into_iter().filter(|(_, value)| *value != 0.0).collect()
@@ -107,9 +112,11 @@ pub(super) fn model(
             for (place, quantity) in values.iter_mut().zip(torque_of(scrubs)) {
                 *place = value(quantity)?;
             }
-            let [imbalance, gear_loss, bridge_drop] = [IMBALANCE, GEAR_LOSS, BRIDGE_DROP]
-                .map(|quantity| parameters.get(quantity.name).and_then(number).unwrap_or(0.0));
-            let torque = TorqueModel { imbalance, gear_loss, bridge_drop, ..TorqueModel::from_array(values) };
+            let [imbalance, gear_loss, bridge_drop, wheel_friction_share] =
+                [IMBALANCE, GEAR_LOSS, BRIDGE_DROP, WHEEL_FRICTION_SHARE]
+                    .map(|quantity| parameters.get(quantity.name).and_then(number).unwrap_or(0.0));
+            let shared = TorqueModel::from_array(values);
+            let torque = TorqueModel { imbalance, gear_loss, bridge_drop, wheel_friction_share, ..shared };
             Ok(Model::Signed { torque, drive })
         }
         ModelKind::Eq18 | ModelKind::Eq18Published => {

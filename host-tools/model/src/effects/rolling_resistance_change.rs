@@ -22,7 +22,7 @@ pub(super) const ROLLING_RESISTANCE_CHANGE: Entry = Entry {
     typical: &["rolling-resistance-change=0.01"],
     physical: |_| Some(FLOOR),
     candidates: |scope| {
-        let constant = if scope.one_mass { scope.base.coulomb / scope.mass } else { 0.0 };
+        let constant = if scope.one_mass { scope.base.supplied_coulomb() / scope.mass } else { 0.0 };
         let range = (-scope.base.supplied_rolling() - constant, scope.much_per_kg());
         let rolling = Regressor::Term(Term::Rolling);
         let mut ways = vec![Way::new(rolling.clone(), range)];

@@ -18,7 +18,10 @@ pub(super) const VISCOUS_CHANGE: Entry = Entry {
     typical: &["viscous-change=0.5"],
     physical: |_| None,
     candidates: |scope| {
-        Ok(vec![Way::new(Regressor::Term(Term::Viscous), (-scope.base.viscous, scope.much_per_speed()))])
+        Ok(vec![Way::new(
+            Regressor::Term(Term::Viscous),
+            (-scope.base.supplied_viscous(), scope.much_per_speed()),
+        )])
     },
     owns: |cause| matches!(cause, Cause::Term(Term::Viscous)),
     read: |fields| fields.term(Term::Viscous),
