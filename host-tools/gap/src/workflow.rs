@@ -85,11 +85,11 @@ pub enum Engine {
 }
 
 impl Engine {
-    /// How many rows of a log it needs.
+    /// The rows of a log that it asks.
     pub const fn rows(self) -> Rows {
         match self {
-            Self::Rules => Rows::About,
-            Self::Likelihood { .. } => Rows::AtLeast,
+            Self::Rules => Rows::Behind,
+            Self::Likelihood { .. } => Rows::Before,
         }
     }
 

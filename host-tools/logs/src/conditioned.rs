@@ -15,13 +15,12 @@ use super::robot::chassis::{Chassis, Together as _};
 use super::row::{Row, Run};
 use super::shared::Shared;
 
-/// The filter of a robot's logs, stepped every `period_s`.
+/// A filter of a robot's logs, stepped every `period_s`.
 ///
 /// # Errors
 /// The run is too slow for it.
-pub(super) fn filter(robot: &Chassis, period_s: f64, run: &str) -> Result<LowPass<f64>> {
-    LowPass::new(robot.cutoff_hz(), period_s)
-        .map_err(|_| Error::failed("too slow for the filter").in_file(run))
+pub(super) fn filter(cutoff_hz: f64, period_s: f64, run: &str) -> Result<LowPass<f64>> {
+    LowPass::new(cutoff_hz, period_s).map_err(|_| Error::failed("too slow for the filter").in_file(run))
 }
 
 /// What is said of a log without a gyro where coefficients hold true slip.
@@ -36,7 +35,7 @@ const RESTLESS: f64 = 0.1;
 /// It is too slow, or too short, for the filter.
 pub(super) fn condition(robot: &Chassis, run: RawRun, columns: &[String], stride: usize) -> Result<Run> {
     let mut conditioner = Conditioner::of_log(robot, Path::new(&run.name), run.period_s)?;
-    let filter = filter(robot, run.period_s, &run.name)?;
+    let filter = filter(robot.cutoff_hz(), run.period_s, &run.name)?;
     let yaw_rate = run.columns.iter().position(|name| name == YAW_RATE);
     if robot.conditioning().true_slip != 0.0 && yaw_rate.is_none() {
         return Err(Error::failed(NO_GYRO).in_file(&run.name).in_column(YAW_RATE));

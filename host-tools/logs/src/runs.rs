@@ -5,6 +5,7 @@
 use std::collections::{HashMap, HashSet};
 use std::path::PathBuf;
 
+use model_core::filter::{Channel, LowPass};
 use support::context::Context;
 use support::error::{Error, Result};
 
@@ -30,24 +31,54 @@ const LEAST_ROWS_PER_S: f64 = 8.0;
 /// Sample periods of two runs that differ by more than this share are different.
 const SAME_PERIOD: f64 = 0.1;
 
-/// How many rows are kept, of as many as the filter's cutoff wants.
+/// Cutoff of the filter that speeds pass, rows a second, where the model is asked
+/// [before](Rows::Before) the filter of the power. Derived: a filter has an edge up to 0.45 of its
+/// rate, and less of it is left free.
+const CUTOFF_PER_ROW: f64 = 0.35;
+
+/// By how much that filter is faster than that of the power. Derived: what a filter gets wrong of a
+/// product of signals goes with the square of this.
+const FASTER: f64 = 3.5;
+
+/// Where in the filter the rows are that are kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rows {
-    /// About as many.
-    About,
-    /// At least as many, where the log has them. With every second row of a log of 20 Hz behind a
-    /// filter of 4 Hz, a delay between rows explains some of what another effect does.
-    AtLeast,
+    /// Behind it, as a board has them: the model is asked of filtered speeds.
+    Behind,
+    /// Before it: speeds pass a filter that is several times as fast, and what the model makes of
+    /// them passes the power's own filter, as the power itself does ([`Runs::smoothed`]). Where a
+    /// wheel starts within a fraction of a second, the model of filtered speeds is off by more than
+    /// the noise, and by another amount in each run.
+    Before,
+}
+
+/// Cutoffs, Hz.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Cutoffs {
+    speed: f64,
+    power: f64,
 }
 
 impl Rows {
+    /// Of a robot whose filter has this cutoff, Hz.
+    fn cutoffs(self, period_s: f64, cutoff_hz: f64) -> Cutoffs {
+        match self {
+            Self::Behind => Cutoffs { speed: cutoff_hz, power: cutoff_hz },
+            Self::Before => {
+                let fastest = CUTOFF_PER_ROW * period_s.recip().min(ROWS_PER_S);
+                let power = cutoff_hz.min(fastest / FASTER);
+                Cutoffs { speed: FASTER * power, power }
+            }
+        }
+    }
+
     /// Rows of a log of which one is kept; periods of logs differ by [`SAME_PERIOD`].
     fn stride(self, period_s: f64, cutoff_hz: f64) -> usize {
         let rate = (ROWS_PER_CUTOFF * cutoff_hz).clamp(LEAST_ROWS_PER_S, ROWS_PER_S);
         let stride = 1.0 / (period_s * rate);
         let whole = match self {
-            Self::About => stride.round(),
-            Self::AtLeast => (stride + SAME_PERIOD).floor(),
+            Self::Behind => stride.round(),
+            Self::Before => (stride + SAME_PERIOD).floor(),
         };
         whole.max(1.0) as usize
     }
@@ -64,8 +95,12 @@ pub struct Runs {
     pub runs: Vec<Run>,
     /// Time between rows, s.
     pub period_s: f64,
-    /// How the filter shows what is switched.
+    /// How the filter of the speeds shows what is switched.
     pub step: Step,
+    /// Cutoff of the filter that the power has passed, Hz.
+    pub cutoff_hz: f64,
+    /// The filter that power passes after the model, where rows are [before](Rows::Before) it.
+    pub smoothing: Option<LowPass<f64>>,
 }
 
 impl Runs {
@@ -113,12 +148,12 @@ impl Runs {
         raw::read(context, robot, files, mass_kg, powers)
     }
 
-    /// Conditions runs as recorded, and keeps [about](Rows::About) as many rows as are wanted.
+    /// Conditions runs as recorded, with the rows [behind](Rows::Behind) the filter.
     ///
     /// # Errors
     /// As [`read`](Self::read).
     pub fn condition(chassis: &Chassis, raw: Vec<RawRun>) -> Result<Self> {
-        Self::condition_to(chassis, raw, Rows::About)
+        Self::condition_to(chassis, raw, Rows::Behind)
     }
 
     /// Conditions runs as recorded.
@@ -135,7 +170,14 @@ impl Runs {
         }
         let Some(first) = raw.first() else { return Err(Error::usage("no log was given")) };
         let (first_name, period) = (first.name.clone(), first.period_s);
-        let stride = rows.stride(period, chassis.cutoff_hz());
+        let Cutoffs { speed, power } = rows.cutoffs(period, chassis.cutoff_hz());
+        let stride = rows.stride(period, speed);
+        let fast = chassis.with_cutoff(speed);
+        let row_period = period * stride as f64;
+        let smoothing = match rows {
+            Rows::Behind => None,
+            Rows::Before => Some(conditioned::filter(power, row_period, &first_name)?),
+        };
         let mut runs = Vec::new();
         for run in raw {
             if (run.period_s / period - 1.0).abs() > SAME_PERIOD {
@@ -146,15 +188,29 @@ impl Runs {
                 ))
                 .in_file(&run.name));
             }
-            runs.push(conditioned::condition(chassis, run, &columns, stride)?);
+            let run = conditioned::condition(&fast, run, &columns, stride)?;
+            runs.push(match &smoothing {
+                Some(filter) => with_smooth_power(filter, run),
+                None => run,
+            });
         }
         Ok(Self {
             robot: chassis.clone(),
             columns,
             runs,
-            period_s: period * stride as f64,
-            step: Step::new(&conditioned::filter(chassis, period, &first_name)?, period),
+            period_s: row_period,
+            step: Step::new(&conditioned::filter(speed, period, &first_name)?, period),
+            cutoff_hz: power,
+            smoothing,
         })
+    }
+
+    /// What the filter of the power makes of values of one run, a row each.
+    pub fn smoothed(&self, run: &Run, values: Vec<f64>) -> Vec<f64> {
+        match &self.smoothing {
+            Some(filter) => smooth(filter, run, values),
+            None => values,
+        }
     }
 
     /// Whether rows are as far apart as those of others, nearly.
@@ -172,6 +228,8 @@ impl Runs {
             runs,
             period_s: self.period_s,
             step: self.step.clone(),
+            cutoff_hz: self.cutoff_hz,
+            smoothing: self.smoothing,
         }
     }
 
@@ -210,6 +268,24 @@ impl Runs {
     }
 }
 
+/// Each piece of a run through a filter, as if its first value had been there for ever.
+fn smooth(filter: &LowPass<f64>, run: &Run, mut values: Vec<f64>) -> Vec<f64> {
+    let mut channel = Channel::default();
+    for (row, value) in run.rows.iter().zip(&mut values) {
+        if row.starts {
+            filter.settle(&mut channel, *value);
+        }
+        *value = filter.step(&mut channel, *value).value;
+    }
+    values
+}
+
+fn with_smooth_power(filter: &LowPass<f64>, run: Run) -> Run {
+    let power = smooth(filter, &run, run.rows.iter().map(|row| row.power).collect());
+    let rows = run.rows.iter().zip(power).map(|(row, power)| Row { power, ..*row }).collect();
+    Run { rows, ..run }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -236,9 +312,44 @@ mod tests {
     #[test]
     fn rows_are_kept_about_or_at_least_as_wanted() {
         let strides = |rows: Rows| [4.0, 2.0, 1.0].map(|cutoff_hz| rows.stride(0.05, cutoff_hz));
-        assert_eq!([strides(Rows::About), strides(Rows::AtLeast)], [[2, 3, 3], [1, 2, 2]]);
+        assert_eq!([strides(Rows::Behind), strides(Rows::Before)], [[2, 3, 3], [1, 2, 2]]);
         // A log of 99 samples a second is thinned as one of 100 is.
-        assert_eq!([0.01, 1.0 / 99.0].map(|period| Rows::AtLeast.stride(period, 10.0)), [5, 5]);
+        assert_eq!([0.01, 1.0 / 99.0].map(|period| Rows::Before.stride(period, 10.0)), [5, 5]);
+    }
+
+    /// A filter of the power that a log has rows for, and one of the speeds that is faster.
+    #[test]
+    fn the_filter_before_the_model_is_the_faster_one() {
+        let cutoffs = |rate: f64, cutoff_hz| Rows::Before.cutoffs(rate.recip(), cutoff_hz);
+        assert_eq!(cutoffs(50.0, 1.0), Cutoffs { speed: 3.5, power: 1.0 });
+        assert_eq!(cutoffs(20.0, 5.0), Cutoffs { speed: 7.0, power: 2.0 });
+        assert_eq!(cutoffs(500.0, 5.0), Cutoffs { speed: 7.0, power: 2.0 });
+        assert_eq!(cutoffs(10.0, 4.0), Cutoffs { speed: 3.5, power: 1.0 });
+    }
+
+    /// Power and what is asked of the rows pass the same filter.
+    #[test]
+    fn power_before_the_filter_passes_it_too() {
+        let burger = Robot::named("burger").unwrap().chassis(2.0).unwrap();
+        let sample = |i: usize| {
+            let speed = if i < 200 { 0.0 } else { 3.0 };
+            RawSample { wheel_speed: [speed, speed].into(), wheel_acceleration: None, power: 2.0 * speed }
+        };
+        let raw = RawRun {
+            name: "run".to_owned(),
+            rows: (0..400).map(|i| (0.05 * i as f64, sample(i), 2.0, Vec::new())).collect(),
+            columns: Vec::new(),
+            period_s: 0.05,
+        };
+        let runs = Runs::condition_to(&burger, vec![raw], Rows::Before).unwrap();
+        let run = &runs.runs[0];
+        let asked: Vec<f64> = run.rows.iter().map(|row| 2.0 * row.wheels[0].speed).collect();
+        let first = asked.iter().position(|power| *power > 3.0).unwrap();
+        let smooth = runs.smoothed(run, asked.clone());
+        assert!(run.rows[first].power < 0.5 * asked[first], "{}", run.rows[first].power);
+        for (row, smooth) in run.rows.iter().zip(&smooth) {
+            assert!((row.power - smooth).abs() < 1e-9, "{}: {} {smooth}", row.time, row.power);
+        }
     }
 
     /// Runs that follow keep the columns that the first have, at their places, and lack the others;

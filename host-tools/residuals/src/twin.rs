@@ -178,6 +178,7 @@ impl<'a> Twin<'a> {
                 add(&mut power, run.extra(*column), *coefficient);
             }
         }
+        let power = self.runs.smoothed(run, power);
         if delay == 0.0 { power } else { delayed(run, &power, delay) }
     }
 
@@ -352,7 +353,7 @@ pub fn delayed(run: &Run, power: &[f64], delay: f64) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    use logs::runs::RawRun;
+    use logs::runs::{RawRun, Rows};
     use model_core::conditioning::Conditioning;
     use model_core::estimator::Sample;
     use model_core::slip::SlipMemory;
@@ -364,15 +365,32 @@ mod tests {
         let slip = SlipMemory { half_slip, ..SlipMemory::OFF };
         let husky = logs::robot::Robot::named("husky").unwrap().chassis(2.0).unwrap();
         let husky = husky.with_conditioning(Conditioning { slip, ..*husky.conditioning() });
+        Runs::condition(&husky, vec![raw_curves()]).unwrap()
+    }
+
+    /// Curves of many radii, as recorded.
+    fn raw_curves() -> RawRun {
         let rows = (0..600).map(|k| {
             let time = 0.05 * f64::from(k);
             let (forward, turn) = (3.0 + (0.6 * time).sin(), 0.8 * (0.37 * time).sin());
             let wheel_speed = [forward - turn, forward + turn];
             (time, Sample { wheel_speed, wheel_acceleration: None, power: 0.0 }.into(), 75.0, Vec::new())
         });
-        let raw =
-            RawRun { name: "run".to_owned(), rows: rows.collect(), columns: Vec::new(), period_s: 0.05 };
-        Runs::condition(&husky, vec![raw]).unwrap()
+        RawRun { name: "run".to_owned(), rows: rows.collect(), columns: Vec::new(), period_s: 0.05 }
+    }
+
+    /// A model that is asked before the filter gives its power to the filter.
+    #[test]
+    fn power_passes_the_filter_after_the_model() {
+        let torque = TorqueModel::from_array([3.0, 0.03, 0.2, 0.7, 1.1, 0.03, 0.57]);
+        let state = State { torque, effects: Vec::new() };
+        let husky = logs::robot::Robot::named("husky").unwrap().chassis(2.0).unwrap();
+        let runs = Runs::condition_to(&husky, vec![raw_curves()], Rows::Before).unwrap();
+        let before = Runs { smoothing: None, ..runs.clone() };
+        let [shown, asked] =
+            [&runs, &before].map(|runs| Twin::new(runs, Drive::Dissipative).predict(0, &state));
+        assert_ne!(shown, asked);
+        assert_eq!(shown, runs.smoothed(&runs.runs[0], asked));
     }
 
     /// Of 40 % more winding loss, 1 − exp(−t/T) after t: at T itself 1 − 1/e of what windings take

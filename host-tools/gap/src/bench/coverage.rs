@@ -57,7 +57,7 @@ pub fn run(robot: &Robot, cases: &[Case], bar: &ProgressBar) -> Result<Vec<Cover
 
 fn one(robot: &Robot, case: &Case) -> Result<Option<Covered>> {
     let columns = columns(case);
-    let clean = sets::clean(robot, case.seed, case.noise.noise, columns, Rows::About)?;
+    let clean = sets::clean(robot, case.seed, case.noise.noise, columns, Rows::Behind)?;
     let effects = case.scaled()?;
     let field = sets::field(&effects, case.noise.noise);
     let runs = Runs::condition(&clean.runs.robot, sets::record(&field.field(case.seed), columns)?)?;

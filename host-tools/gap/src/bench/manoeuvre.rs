@@ -61,7 +61,7 @@ pub fn run(robot: &Robot, cases: &[Case], bar: &ProgressBar) -> Result<Vec<Parte
 /// As [`run`].
 pub fn one(robot: &Robot, case: &Case) -> Result<Option<Parted>> {
     let columns = columns(case);
-    let mut clean = sets::clean(robot, case.seed, case.noise.noise, columns, Rows::About)?;
+    let mut clean = sets::clean(robot, case.seed, case.noise.noise, columns, Rows::Behind)?;
     let effects = case.scaled()?;
     let case = Case { effects, ..case.clone() };
     let scenarios = sets::field(&case.effects, case.noise.noise).field(case.seed);

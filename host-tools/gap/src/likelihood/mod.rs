@@ -7,6 +7,7 @@
 //! locked.
 
 pub mod bagged;
+pub mod clean_base;
 pub mod delay;
 pub mod evidence;
 pub mod extended;
@@ -94,6 +95,8 @@ pub fn investigate(
     }
     list.retain(|candidate| !removed.contains(&candidate.id));
     let twin = Twin { clean_delay, ..Twin::new(&all, base.drive) };
+    let given = base.torque;
+    let base = &Base { torque: clean_base::fitted(&twin, given, parameters), ..base.clone() };
     let free = anywhere(&all);
     let asked =
         Asked { twin, free: &free, base: (base, parameters), options, list: &list, removed: &removed, level };
@@ -167,8 +170,9 @@ pub fn investigate(
         localisation,
         residuals: (before, verdict.stands().then_some(after)),
         confirmed,
-        base: [base.torque; 2],
-        state,
+        // Coefficients for a board keep the base that was fitted as boards ask their model.
+        base: [given; 2],
+        state: State { torque: given, ..state },
         covariance: joined,
         split,
         over_dispersion: None,

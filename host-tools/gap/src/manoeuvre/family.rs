@@ -183,7 +183,8 @@ mod tests {
         let robot = Robot::parse(ROBOT).unwrap();
         let core = robot.core::<2>(CUTOFF_HZ).unwrap();
         let (columns, runs, step) = (Vec::new(), Vec::new(), Step::default());
-        let runs = Runs { robot: Chassis::new(&core), columns, runs, period_s: 0.1, step };
+        let (chassis, cutoff_hz) = (Chassis::new(&core), core.cutoff_hz);
+        let runs = Runs { robot: chassis, columns, runs, period_s: 0.1, step, cutoff_hz, smoothing: None };
         Limits::new(&robot, &runs)
     }
 

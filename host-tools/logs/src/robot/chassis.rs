@@ -76,6 +76,14 @@ impl Chassis {
         other
     }
 
+    /// The same robot with a filter of this cutoff, Hz.
+    #[must_use]
+    pub fn with_cutoff(&self, cutoff_hz: f64) -> Self {
+        let mut other = self.clone();
+        with_core!(&mut other, core => core.cutoff_hz = cutoff_hz);
+        other
+    }
+
     /// Its name.
     pub fn name(&self) -> &str {
         with_core!(self, core => core.name.as_str())
