@@ -10,11 +10,11 @@ use numerics::robust::NORMAL_95;
 
 use residuals::noise::whiten::Signal;
 use residuals::noise::{Memory, Noise};
+use residuals::predictor::{Predictor, State};
 use residuals::problem::Problem;
 use residuals::smooth;
 use residuals::split::Split;
 use residuals::thresholds::confirm::{LEAST_SHARE, ONE_SIDED, TIMES};
-use residuals::twin::{State, Twin};
 use residuals::types::Base;
 
 /// What the locked runs say.
@@ -89,13 +89,13 @@ impl ConfirmedShare {
     /// From a problem of locked runs, then clean ones, and the residuals of the locked runs before
     /// and after.
     pub fn of(locked: &Problem<'_>, residuals: &[Signal; 2]) -> Option<Self> {
-        let runs = &locked.twin.runs.runs;
+        let runs = &locked.predictor.runs.runs;
         let [before, after] = residuals;
         let added = (0..runs.len()).map(|place| match (before.get(place), after.get(place)) {
             (Some(before), Some(after)) if !runs[place].clean => {
                 let added: Vec<f64> =
                     before.iter().zip(after).map(|(before, after)| before - after).collect();
-                locked.noise.whiten(locked.twin.runs, place, &added)
+                locked.noise.whiten(locked.predictor.runs, place, &added)
             }
             _ => vec![0.0; runs[place].rows.len()],
         });
@@ -140,14 +140,15 @@ pub fn on_locked(
     parameters: usize,
 ) -> Confirmed {
     let locked = runs.subset(&split.locked);
-    let twin = Twin { clean_delay: open.twin.clean_delay, ..Twin::new(&locked, base.drive) };
+    let predictor =
+        Predictor { clean_delay: open.predictor.clean_delay, ..Predictor::new(&locked, base.drive) };
     let start = State { torque: base.torque, effects: Vec::new() };
-    let before = twin.residual(&start);
+    let before = predictor.residual(&start);
     // Effects of single runs were detected in open runs: no locked run has them.
     let common: Vec<(Regressor, f64)> =
         state.effects.iter().filter(|(regressor, _)| regressor.run().is_none()).cloned().collect();
-    let common = with_run_times(&twin, state.torque, common);
-    let after = twin.residual(&State { torque: state.torque, effects: common.clone() });
+    let common = with_run_times(&predictor, state.torque, common);
+    let after = predictor.residual(&State { torque: state.torque, effects: common.clone() });
     let square = |run: &Vec<f64>| run.iter().map(|x| x * x).sum::<f64>() / run.len() as f64;
     let by_run: Vec<(f64, f64)> = before.iter().zip(&after).map(|(b, a)| (square(b), square(a))).collect();
     let rows = before.iter().map(Vec::len).sum::<usize>() as f64;
@@ -156,14 +157,14 @@ pub fn on_locked(
     let functions = smooth::functions(&locked);
     let regressors: Vec<Regressor> = common.iter().map(|(regressor, _)| regressor.clone()).collect();
     let noise = Noise::estimate(
-        &twin,
+        &predictor,
         &State { torque: state.torque, effects: common.clone() },
         parameters,
         &regressors,
         &functions,
         Memory::Known(&open.noise.whitener),
     );
-    let misfit = clean.map(|clean| Misfit::of(clean, base, twin.clean_delay, parameters));
+    let misfit = clean.map(|clean| Misfit::of(clean, base, predictor.clean_delay, parameters));
     // A simulator has no noise to multiply by the misfit: its misfit is added to the runs' noise.
     let floor_unclipped_w2 = match misfit {
         Some(misfit) if base.of_simulator => noise.floor_w2 + misfit.whole_w2,
@@ -208,12 +209,13 @@ struct Misfit {
 
 impl Misfit {
     fn of(clean: &Runs, base: &Base, clean_delay: f64, parameters: usize) -> Self {
-        let twin = Twin { clean_delay, ..Twin::new(clean, base.drive) };
+        let predictor = Predictor { clean_delay, ..Predictor::new(clean, base.drive) };
         let state = State { torque: base.torque, effects: Vec::new() };
-        let residual = twin.residual(&state);
+        let residual = predictor.residual(&state);
         let rows = residual.iter().map(Vec::len).sum::<usize>() as f64;
         let whole_w2 = residual.iter().flatten().map(|x| x * x).sum::<f64>() / rows;
-        let noise = Noise::estimate(&twin, &state, parameters, &[], &smooth::functions(clean), Memory::OfAll);
+        let noise =
+            Noise::estimate(&predictor, &state, parameters, &[], &smooth::functions(clean), Memory::OfAll);
         let factor = if noise.floor_w2 > 0.0 { (whole_w2 / noise.floor_w2).max(1.0) } else { 1.0 };
         Self { whole_w2, factor }
     }
@@ -221,7 +223,7 @@ impl Misfit {
 
 /// Each run has its own time of a step: it is searched in locked runs, too. The size stays.
 pub(super) fn with_run_times(
-    twin: &Twin<'_>,
+    predictor: &Predictor<'_>,
     torque: TorqueModel<f64>,
     mut effects: Vec<(Regressor, f64)>,
 ) -> Vec<(Regressor, f64)> {
@@ -230,14 +232,14 @@ pub(super) fn with_run_times(
         let (what, coefficient) = (*what, *coefficient);
         let mut others = effects.clone();
         others.remove(place);
-        let times = (0..twin.runs.runs.len()).map(|run| {
-            let rows = &twin.runs.runs[run].rows;
+        let times = (0..predictor.runs.runs.len()).map(|run| {
+            let rows = &predictor.runs.runs[run].rows;
             let error = |at: f64| {
                 let mut state = State { torque, effects: others.clone() };
-                let mut alone = vec![f64::INFINITY; twin.runs.runs.len()];
+                let mut alone = vec![f64::INFINITY; predictor.runs.runs.len()];
                 alone[run] = at;
                 state.effects.push((Regressor::Switch(what, alone.into()), coefficient));
-                let predicted = twin.predict(run, &state);
+                let predicted = predictor.predict(run, &state);
                 rows.iter().zip(predicted).map(|(row, p)| (row.power - p).powi(2)).sum::<f64>()
             };
             let end = rows.last().map_or(0.0, |row| row.time);

@@ -14,8 +14,8 @@ use support::context::Context;
 use support::error::{Error, Result};
 
 use super::report::Report;
+use residuals::predictor::{Predictor, State};
 use residuals::thresholds::extension::{BLOCK_S, LEAST_INFORMATION, WINDOW_S};
-use residuals::twin::{State, Twin};
 use residuals::types::Named;
 
 /// Writes the coefficients with the named effects, and the base as it moved. Each effect that is
@@ -78,7 +78,7 @@ pub fn of(runs: &Runs, report: &Report, kept: &[bool], base: &Noise<f64>) -> Opt
     let (joint, drive) = (report.covariance.as_ref()?, report.basis.as_ref()?.drive);
     let open = runs.subset(&report.split.open);
     // Estimators correct no delay.
-    let twin = Twin::new(&open, drive);
+    let predictor = Predictor::new(&open, drive);
     let parameters = joint.nrows() - report.state.effects.len();
     let columns = report
         .effects
@@ -92,7 +92,7 @@ pub fn of(runs: &Runs, report: &Report, kept: &[bool], base: &Noise<f64>) -> Opt
     let mut windows =
         Windows { covariance: &covariance, base, linear_beyond, errors: Vec::new(), blocks: Vec::new() };
     for place in 0..open.runs.len() {
-        windows.see(&twin, place, &report.state, parameters, &kept);
+        windows.see(&predictor, place, &report.state, parameters, &kept);
     }
     let noise = windows.noise(open.period_s);
     Some(Extension { covariance, noise })
@@ -111,14 +111,22 @@ struct Windows<'a> {
 }
 
 impl Windows<'_> {
-    fn see(&mut self, twin: &Twin<'_>, place: usize, state: &State, parameters: usize, kept: &[usize]) {
-        let predicted = twin.predict(place, state);
-        let by_mass = twin.effect_slope(place, state, &Regressor::Masses, &predicted);
-        let mut slopes = twin.base_slopes(place, state, &predicted, parameters);
+    fn see(
+        &mut self,
+        predictor: &Predictor<'_>,
+        place: usize,
+        state: &State,
+        parameters: usize,
+        kept: &[usize],
+    ) {
+        let predicted = predictor.predict(place, state);
+        let by_mass = predictor.effect_slope(place, state, &Regressor::Masses, &predicted);
+        let mut slopes = predictor.base_slopes(place, state, &predicted, parameters);
         slopes.extend(
-            kept.iter().map(|&column| twin.effect_slope(place, state, &state.effects[column].0, &predicted)),
+            kept.iter()
+                .map(|&column| predictor.effect_slope(place, state, &state.effects[column].0, &predicted)),
         );
-        let rows = &twin.runs.runs[place].rows;
+        let rows = &predictor.runs.runs[place].rows;
         let mut windows: Vec<(DVector<f64>, f64)> = Vec::new();
         let mut blocks: Vec<(f64, f64)> = Vec::new();
         for (index, row) in rows.iter().enumerate() {

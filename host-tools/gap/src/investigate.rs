@@ -18,6 +18,7 @@ use residuals::identifiable::{also_with_one_mass, has_one_mass, unidentifiable};
 use residuals::late;
 use residuals::name::hypothesis::Hypothesis;
 use residuals::name::{Choice, name, with_locked};
+use residuals::predictor::{Predictor, State};
 use residuals::problem::Problem;
 use residuals::problem::clean_delay;
 use residuals::problem::fit::Fitted;
@@ -28,7 +29,6 @@ use residuals::thresholds::calibrate::MARGIN;
 use residuals::thresholds::confirm::LEAST_CLOSED;
 use residuals::thresholds::detect::{SHAPE, SHAPE_TOLERANCE};
 use residuals::thresholds::name::{DELAY_SAMPLES, LEAST_FURTHER};
-use residuals::twin::{State, Twin};
 use residuals::types::{Base, Named, Options, Round, Verdict};
 
 /// Runs the workflow.
@@ -60,8 +60,8 @@ pub fn investigate(runs: &Runs, clean: Option<&Runs>, base: &Base, options: &Opt
     let (threshold, searched) = (by_noise.max(shown), by_noise.max(MARGIN * shown));
     let misfit = (searched / by_noise).powi(2);
     let options = &Options { threshold, search_factor: searched / threshold, misfit, ..options.clone() };
-    let twin = Twin { clean_delay, ..Twin::new(&open, base.drive) };
-    let problem = open_problem(twin, &[], base, parameters, &list, options);
+    let predictor = Predictor { clean_delay, ..Predictor::new(&open, base.drive) };
+    let problem = open_problem(predictor, &[], base, parameters, &list, options);
     let findings = search(&problem, &list, by_noise, options);
     let delay = late::in_whole_rows(findings.delay().unwrap_or(0.0), field.period_s);
     let in_time;
@@ -69,17 +69,17 @@ pub fn investigate(runs: &Runs, clean: Option<&Runs>, base: &Base, options: &Opt
         (problem, findings)
     } else {
         in_time = late::in_time(&field, delay).with_clean(clean);
-        let twin = Twin { runs: &in_time, removed_delay: delay, ..twin };
-        let shifted = open_problem(twin, &late::known(delay), base, parameters, &list, options);
+        let predictor = Predictor { runs: &in_time, removed_delay: delay, ..predictor };
+        let shifted = open_problem(predictor, &late::known(delay), base, parameters, &list, options);
         let repeated = search(&shifted, &list, by_noise, options);
         if repeated.delay().is_some() { (shifted, repeated) } else { (problem, findings) }
     };
     if !findings.ties.is_empty() {
         let order: Vec<usize> = split.open.iter().chain(&split.locked).copied().collect();
-        let removed = problem.twin.removed_delay;
+        let removed = problem.predictor.removed_delay;
         let all = late::in_time(&runs.subset(&order), removed).with_clean(clean);
-        let twin = Twin { runs: &all, removed_delay: removed, ..twin };
-        let all = open_problem(twin, &late::known(removed), base, parameters, &list, options);
+        let predictor = Predictor { runs: &all, removed_delay: removed, ..predictor };
+        let all = open_problem(predictor, &late::known(removed), base, parameters, &list, options);
         findings.strike(&all, options.threshold);
     }
     if has_one_mass(&base.masses_kg, runs) {
@@ -98,15 +98,15 @@ pub fn investigate(runs: &Runs, clean: Option<&Runs>, base: &Base, options: &Opt
     if findings.verdict.stands() && confirmed.closed.is_some() {
         let locked = runs.subset(&split.locked);
         let in_time = late::in_time(&locked, delay).with_clean(clean);
-        let twin = Twin { runs: &in_time, removed_delay: delay, ..twin };
-        let asked = open_problem(twin, &late::known(delay), base, parameters, &list, options);
+        let predictor = Predictor { runs: &in_time, removed_delay: delay, ..predictor };
+        let asked = open_problem(predictor, &late::known(delay), base, parameters, &list, options);
         let residuals = confirmed.residuals.each_ref().map(|signal| late::earlier(&locked, signal, delay));
         confirmed.share = ConfirmedShare::of(&asked, &residuals);
     }
     if findings.verdict.stands() && confirmed.refuted() {
         findings.verdict = Verdict::Unexplained;
     }
-    let residuals = [(twin.residual(&problem.start()), 0), (twin.residual(&findings.state), 1)];
+    let residuals = [(predictor.residual(&problem.start()), 0), (predictor.residual(&findings.state), 1)];
     let [before, after] = residuals.map(|(open, side)| split.in_order(&open, &confirmed.residuals[side]));
     let mut localisation = localise::cells(runs, &before);
     if findings.verdict.stands() {

@@ -7,6 +7,7 @@
 
 pub mod bench;
 pub mod confirm;
+pub mod driven_plant;
 pub mod extension;
 pub mod investigate;
 pub mod likelihood;
@@ -14,7 +15,6 @@ pub mod manoeuvre;
 pub mod power_only;
 pub mod refit;
 pub mod report;
-pub mod simulation;
 pub mod simulator;
 pub mod words;
 pub mod workflow;

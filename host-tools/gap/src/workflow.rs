@@ -22,14 +22,14 @@ use support::output::{check_apart, write_content};
 use support::overwrite::{self, Form};
 use support::progress::StageProgress;
 
+use crate::driven_plant::Simulated;
 use crate::investigate::investigate;
 use crate::manoeuvre::{Suggestion, Wish};
 use crate::report::json::Beside;
 use crate::report::{Report, json, page};
-use crate::simulation::Simulated;
 use crate::simulator::export::Changes;
 use crate::simulator::{Simulator, Source, Told};
-use crate::{extension, likelihood, manoeuvre, power_only, refit, simulation};
+use crate::{driven_plant, extension, likelihood, manoeuvre, power_only, refit};
 use residuals::thresholds::calibrate::LEAST_RUNS;
 use residuals::types::{Base, Options, Verdict};
 use residuals::user::{self, UserCandidates};
@@ -283,7 +283,7 @@ fn answer(context: &Context, request: &Request<'_>) -> Result<Answer> {
     let simulated = match request.plant {
         Some(plant) => {
             progress.at("driving the simulated robot");
-            Some(simulation::simulate(plant, robot, &chassis, &raw, raw_clean.as_deref(), &report)?)
+            Some(driven_plant::simulate(plant, robot, &chassis, &raw, raw_clean.as_deref(), &report)?)
         }
         None => None,
     };

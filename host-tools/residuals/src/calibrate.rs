@@ -9,10 +9,10 @@ use model::effects::Candidate;
 use rayon::prelude::*;
 
 use super::detect::structure;
+use super::predictor::Predictor;
 use super::problem::open::open_problem;
 use super::split::by_mass;
 use super::thresholds::calibrate::{DEALS, FOLDS, LEAST_RUNS};
-use super::twin::Twin;
 use super::types::{Base, Options};
 
 /// Greatest structure, |z|, of one fold of the clean runs against the others: the mean over all
@@ -38,7 +38,7 @@ pub fn shown_by_clean(
         };
         let open = clean.subset(&side(true)).with_clean(Some(&clean.subset(&side(false))));
         let problem = open_problem(
-            Twin { clean_delay, ..Twin::new(&open, base.drive) },
+            Predictor { clean_delay, ..Predictor::new(&open, base.drive) },
             &[],
             base,
             parameters,

@@ -8,7 +8,7 @@ use logs::runs::{Row, Runs};
 use model::effects::Regressor;
 
 use super::noise::whiten::Signal;
-use super::twin::delayed;
+use super::predictor::delayed;
 
 /// A delay in whole rows of `period_s` s, s. Fractions of a row are left to the model: setting
 /// measured power earlier by a fraction would smooth its noise.

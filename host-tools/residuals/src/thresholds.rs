@@ -368,7 +368,7 @@ pub mod localise {
 }
 
 /// The plant along recorded speeds.
-pub mod simulation {
+pub mod driven_plant {
     /// Evaluations of an effect's size, at most. Chosen for time: secants of a nearly linear answer
     /// settle in three.
     pub const SIZE_STEPS: usize = 6;

@@ -1,6 +1,6 @@
 //! The base anew, by clean runs.
 //!
-//! Coefficients are fitted to a model of filtered speeds. The twin asks its model before the filter
+//! Coefficients are fitted to a model of filtered speeds. Here the model is asked before the filter
 //! ([`logs::runs::Rows::Before`]), and some of what those coefficients made up for is not there: the
 //! base is fitted once more, from where it was.
 
@@ -9,13 +9,14 @@ use rayon::prelude::*;
 
 use super::priors::{BASE_HELD, BASE_SETTLED, BASE_STEPS};
 use model_core::torque::TorqueModel;
-use residuals::twin::{State, Twin};
+use residuals::predictor::{Predictor, State};
 
 /// The torque model to which clean runs are nearest (Levenberg and Marquardt); as it was, where
 /// there are none.
-pub fn fitted(twin: &Twin<'_>, start: TorqueModel<f64>, parameters: usize) -> TorqueModel<f64> {
-    let clean: Vec<usize> = (0..twin.runs.runs.len()).filter(|&run| twin.runs.runs[run].clean).collect();
-    let problem = Problem { twin, clean, parameters };
+pub fn fitted(predictor: &Predictor<'_>, start: TorqueModel<f64>, parameters: usize) -> TorqueModel<f64> {
+    let clean: Vec<usize> =
+        (0..predictor.runs.runs.len()).filter(|&run| predictor.runs.runs[run].clean).collect();
+    let problem = Problem { predictor, clean, parameters };
     let (mut torque, mut held) = (start, BASE_HELD);
     let mut squares = problem.squares(&torque);
     for _ in 0..BASE_STEPS {
@@ -38,20 +39,20 @@ pub fn fitted(twin: &Twin<'_>, start: TorqueModel<f64>, parameters: usize) -> To
 }
 
 struct Problem<'a> {
-    twin: &'a Twin<'a>,
+    predictor: &'a Predictor<'a>,
     clean: Vec<usize>,
     parameters: usize,
 }
 
 impl Problem<'_> {
     fn residual(&self, run: usize, at: &[f64]) -> DVector<f64> {
-        let rows = self.twin.runs.runs[run].rows.iter().zip(at);
+        let rows = self.predictor.runs.runs[run].rows.iter().zip(at);
         DVector::from_iterator(at.len(), rows.map(|(row, at)| row.power - at))
     }
 
     fn squares(&self, torque: &TorqueModel<f64>) -> f64 {
         let state = State { torque: *torque, effects: Vec::new() };
-        let of = |&run: &usize| self.residual(run, &self.twin.predict(run, &state)).norm_squared();
+        let of = |&run: &usize| self.residual(run, &self.predictor.predict(run, &state)).norm_squared();
         self.clean.par_iter().map(of).sum()
     }
 
@@ -59,8 +60,8 @@ impl Problem<'_> {
     fn sums(&self, torque: &TorqueModel<f64>) -> Option<(DMatrix<f64>, DVector<f64>)> {
         let state = State { torque: *torque, effects: Vec::new() };
         let of = |&run: &usize| {
-            let at = self.twin.predict(run, &state);
-            let slopes = self.twin.base_slopes(run, &state, &at, self.parameters);
+            let at = self.predictor.predict(run, &state);
+            let slopes = self.predictor.base_slopes(run, &state, &at, self.parameters);
             let slopes = DMatrix::from_fn(at.len(), slopes.len(), |row, column| slopes[column][row]);
             (slopes.tr_mul(&slopes), slopes.tr_mul(&self.residual(run, &at)))
         };

@@ -8,8 +8,8 @@ use rayon::prelude::*;
 
 use super::predicted::Predicted;
 use residuals::noise::whiten::Signal;
+use residuals::predictor::State;
 use residuals::smooth;
-use residuals::twin::State;
 
 /// Functions that vary together: in size, not in sign.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

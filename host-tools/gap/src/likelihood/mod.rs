@@ -46,12 +46,12 @@ use crate::investigate::{joint, named_effects};
 use crate::report::localise;
 use crate::report::{Basis, Report, Rival};
 use residuals::identifiable::unidentifiable;
+use residuals::predictor::{Predictor, State};
 use residuals::problem::clean_delay;
 use residuals::problem::open::{open_problem, precision};
 use residuals::scope::candidates;
 use residuals::split;
 use residuals::thresholds::calibrate::LEAST_RUNS;
-use residuals::twin::{State, Twin};
 use residuals::types::{Base, Options, Verdict};
 
 /// The level of the gate, where none is asked for.
@@ -94,12 +94,19 @@ pub fn investigate(
         not_testable.push(missing);
     }
     list.retain(|candidate| !removed.contains(&candidate.id));
-    let twin = Twin { clean_delay, ..Twin::new(&all, base.drive) };
+    let predictor = Predictor { clean_delay, ..Predictor::new(&all, base.drive) };
     let given = base.torque;
-    let base = &Base { torque: clean_base::fitted(&twin, given, parameters), ..base.clone() };
+    let base = &Base { torque: clean_base::fitted(&predictor, given, parameters), ..base.clone() };
     let free = anywhere(&all);
-    let asked =
-        Asked { twin, free: &free, base: (base, parameters), options, list: &list, removed: &removed, level };
+    let asked = Asked {
+        predictor,
+        free: &free,
+        base: (base, parameters),
+        options,
+        list: &list,
+        removed: &removed,
+        level,
+    };
     let first = asked.round(&[]).ok_or_else(|| {
         Error::failed("too few steady rows to tell the noise of the power; expected runs of a minute or so")
     })?;
@@ -137,12 +144,13 @@ pub fn investigate(
         named_effects(&named, &state, covariance, runs.robot.rows(), options.slack)
     });
     let open = runs.subset(&split.open).with_clean(clean);
-    let open_twin = Twin { runs: &open, ..twin };
-    let problem = open_problem(open_twin, &[], base, parameters, &list, options);
+    let open_predictor = Predictor { runs: &open, ..predictor };
+    let problem = open_problem(open_predictor, &[], base, parameters, &list, options);
     let of_open = |state: &State| State { effects: at_places(state, &split.open), ..state.clone() };
     let of_locked = |state: &State| State { effects: at_places(state, &split.locked), ..state.clone() };
     let confirmed = confirm::on_locked(runs, &split, clean, base, &of_locked(&state), &problem, parameters);
-    let sides = [(open_twin.residual(&state_of(base, &[])), 0), (open_twin.residual(&of_open(&state)), 1)];
+    let sides =
+        [(open_predictor.residual(&state_of(base, &[])), 0), (open_predictor.residual(&of_open(&state)), 1)];
     let [before, after] = sides.map(|(open, side)| split.in_order(&open, &confirmed.residuals[side]));
     let mut localisation = localise::cells(runs, &before);
     if verdict.stands() {

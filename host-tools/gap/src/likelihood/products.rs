@@ -15,8 +15,8 @@ use super::priors::LOOSE;
 use super::rows::{Kept, kept};
 use super::ways::{Way, switched, times, ways};
 use residuals::noise::whiten::Signal;
+use residuals::predictor::{Predictor, State};
 use residuals::problem::open::precision;
-use residuals::twin::{State, Twin};
 use residuals::types::Base;
 
 /// Added to the diagonal of scaled products, so that [`weigh`]'s columns may be alike.
@@ -45,7 +45,7 @@ pub struct RunProducts {
 #[derive(Debug, Clone)]
 pub struct Posed<'a> {
     /// Model and runs.
-    pub twin: Twin<'a>,
+    pub predictor: Predictor<'a>,
     /// What it predicts.
     pub predicted: Predicted<'a>,
     /// The same where clean runs may have effects, too.
@@ -84,9 +84,9 @@ pub fn anywhere(runs: &Runs) -> Runs {
 }
 
 impl<'a> Posed<'a> {
-    /// Of a twin with effects that are known already; `None` where the runs have no steady rows.
+    /// Of a predictor with effects that are known already; `None` where the runs have no steady rows.
     pub fn new(
-        twin: Twin<'a>,
+        predictor: Predictor<'a>,
         all: &'a Runs,
         (base, parameters): (&Base, usize),
         slack: f64,
@@ -94,20 +94,20 @@ impl<'a> Posed<'a> {
         removed: &[String],
         known: &[(Regressor, f64)],
     ) -> Option<Self> {
-        let predicted = Predicted::new(twin);
-        let free = Predicted::new(Twin { runs: all, ..twin });
+        let predicted = Predicted::new(predictor);
+        let free = Predicted::new(Predictor { runs: all, ..predictor });
         let start = State { torque: base.torque, effects: known.to_vec() };
         let starts = [start.clone(), State { effects: Vec::new(), ..start.clone() }];
-        let runs = &twin.runs.runs;
+        let runs = &predictor.runs.runs;
         // Clean runs have none of what is known.
         let start_of = |run: usize| &starts[usize::from(runs[run].clean)];
         let has_clean = runs.iter().any(|run| run.clean);
         let power: Signal = (0..runs.len()).map(|run| predicted.power(run, &start)).collect();
-        let kept = kept(twin.runs);
+        let kept = kept(predictor.runs);
         let mut regressors: Vec<Regressor> = Vec::new();
         if has_clean {
             regressors.push(Regressor::Delay);
-            if !twin.runs.robot.conditioning().slip.is_off() {
+            if !predictor.runs.robot.conditioning().slip.is_off() {
                 regressors.push(Regressor::HalfSlip);
             }
         }
@@ -131,7 +131,7 @@ impl<'a> Posed<'a> {
             .collect();
         let thin_power: Signal = (0..runs.len()).map(|run| thin(run, &power[run])).collect();
         let (signals, groups): (Vec<Signal>, Vec<Group>) =
-            functions(twin.runs, &free, start_of, &power, list).into_iter().unzip();
+            functions(predictor.runs, &free, start_of, &power, list).into_iter().unzip();
         let functions: Vec<Vec<Vec<f64>>> = (0..runs.len())
             .map(|run| signals.iter().map(|signal| thin(run, &signal[run])).collect())
             .collect();
@@ -151,7 +151,7 @@ impl<'a> Posed<'a> {
             .filter_map(|run| run.rows.last().map(|row| row.time))
             .collect();
         let mut ways = ways(list, removed, &lengths, base.torque.supplied_rolling());
-        let slips = !twin.runs.robot.conditioning().slip.is_off();
+        let slips = !predictor.runs.robot.conditioning().slip.is_off();
         let switches = switched(slips, base.torque.supplied_rolling());
         let columns: Vec<(DMatrix<f64>, Vec<f64>)> = (0..runs.len())
             .into_par_iter()
@@ -238,14 +238,14 @@ impl<'a> Posed<'a> {
             })
             .collect();
         if noise.information() < 1.0 {
-            weigh(&mut runs, &noise, shape, count, &|run| !twin.runs.runs[run].clean);
+            weigh(&mut runs, &noise, shape, count, &|run| !predictor.runs.runs[run].clean);
         }
         let power = usual / noise.std_w;
         let first = shape.base - known.len();
         let sizes = known.iter().zip(&base_units[first..]).map(|((_, c), unit)| (c * unit).powi(2));
         Some(Self {
             known: sizes.sum::<f64>().sqrt(),
-            twin,
+            predictor,
             predicted,
             free,
             start,
@@ -269,7 +269,7 @@ impl<'a> Posed<'a> {
 
     /// Whether a run is in question.
     pub fn is_field(&self, run: usize) -> bool {
-        !self.twin.runs.runs[run].clean
+        !self.predictor.runs.runs[run].clean
     }
 
     /// The column of a run's mass, the first of those that live in it alone; its steps follow.

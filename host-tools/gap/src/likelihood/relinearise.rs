@@ -12,7 +12,7 @@ use super::priors::{BENT_SETTLED, BENT_STEPS, DELAY_STEPS, FORM_ERRORS, RUN_SCAL
 use super::products::{Posed, RunProducts};
 use super::scored::Scales;
 use super::ways::Way;
-use residuals::twin::State;
+use residuals::predictor::State;
 
 /// A hypothesis about its own size.
 #[derive(Debug, Clone, PartialEq)]
@@ -82,7 +82,7 @@ pub fn about(posed: &Posed<'_>, scales: &Scales, way: &Way, start: &[f64]) -> Op
 /// The likeliest delay of a grid, what differs between runs left aside: steps lead from it to the
 /// likeliest of all.
 pub fn delay(posed: &Posed<'_>, scales: &Scales, (low, high): (f64, f64)) -> f64 {
-    let step = (DELAY_STEPS * posed.twin.runs.cutoff_hz).recip();
+    let step = (DELAY_STEPS * posed.predictor.runs.cutoff_hz).recip();
     let count = (high / step) as i32;
     let powers: Vec<Vec<f64>> =
         (0..posed.runs.len()).map(|run| posed.predicted.power(run, &posed.start)).collect();
@@ -90,8 +90,8 @@ pub fn delay(posed: &Posed<'_>, scales: &Scales, (low, high): (f64, f64)) -> f64
         let runs = (0..posed.runs.len()).map(|run| {
             let products = &posed.runs[run];
             let shift = if posed.is_field(run) { delay } else { 0.0 };
-            let late = later(&powers[run], shift, posed.twin.runs.period_s);
-            let rows = posed.twin.runs.runs[run].rows.iter().zip(&late);
+            let late = later(&powers[run], shift, posed.predictor.runs.period_s);
+            let rows = posed.predictor.runs.runs[run].rows.iter().zip(&late);
             let residual = products.kept.thin(&rows.map(|(row, at)| row.power - at).collect::<Vec<_>>());
             let columns = DMatrix::from_column_slice(residual.len(), 1, &residual);
             Marginal { products: products.with(&columns, posed.shape), log_det: 0.0 }
@@ -112,7 +112,7 @@ pub fn units(posed: &Posed<'_>, way: &Way, coefficients: &[f64]) -> Vec<f64> {
     let field: Vec<usize> = (0..posed.runs.len()).filter(|&run| posed.is_field(run)).collect();
     let of_run = |&run: &usize| {
         let products = &posed.runs[run];
-        let power = vec![0.0; posed.twin.runs.runs[run].rows.len()];
+        let power = vec![0.0; posed.predictor.runs.runs[run].rows.len()];
         columns(&posed.predicted, &posed.start, products, run, way, coefficients, &power)
     };
     let all: Vec<DMatrix<f64>> = field.par_iter().map(of_run).collect();
@@ -134,7 +134,7 @@ pub fn size(way: &Way, coefficients: &[f64]) -> f64 {
 /// Of each field run with the model linear about some coefficients.
 pub fn products(posed: &Posed<'_>, way: &Way, coefficients: &[f64]) -> Vec<Option<DMatrix<f64>>> {
     let of_run = |run: usize| {
-        let measured: Vec<f64> = posed.twin.runs.runs[run].rows.iter().map(|row| row.power).collect();
+        let measured: Vec<f64> = posed.predictor.runs.runs[run].rows.iter().map(|row| row.power).collect();
         let products = &posed.runs[run];
         let columns = || columns(&posed.predicted, &posed.start, products, run, way, coefficients, &measured);
         posed.is_field(run).then(|| products.with(&columns(), posed.shape))

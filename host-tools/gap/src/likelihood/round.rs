@@ -14,13 +14,13 @@ use super::relinearise::Bent;
 use super::scored::{Scales, Scored};
 use super::ways::Way;
 use super::{relinearise, scored};
-use residuals::twin::{State, Twin};
+use residuals::predictor::{Predictor, State};
 use residuals::types::{self, Base, Options, Status, Verdict};
 
 /// What is asked of some runs, round after round.
 pub struct Asked<'a> {
     /// Clean and field runs with the model.
-    pub twin: Twin<'a>,
+    pub predictor: Predictor<'a>,
     /// The same runs, all of which may have effects.
     pub free: &'a Runs,
     /// The base, and how many of its parameters are in question.
@@ -66,7 +66,7 @@ impl<'a> Asked<'a> {
         let removed: Vec<String> = removed.collect();
         let effects = state_of(self.base.0, known).effects;
         let slack = self.options.slack;
-        let posed = Posed::new(self.twin, self.free, self.base, slack, &list, &removed, &effects)?;
+        let posed = Posed::new(self.predictor, self.free, self.base, slack, &list, &removed, &effects)?;
         let scales = Scales::told(&posed)?;
         let mut scored = scored::ways(&posed, &scales);
         scored.extend(scored::of_single_runs(&posed, &scales, &removed));

@@ -1,6 +1,6 @@
 //! The rows that count, and the pieces that they make.
 //!
-//! The twin predicts every row, for a delay is interpolated between them; the likelihood sees one
+//! Every row is predicted, for a delay is interpolated between them; the likelihood sees one
 //! of so many, as the filter leaves no more.
 
 use logs::runs::Runs;

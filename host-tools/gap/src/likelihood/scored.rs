@@ -375,10 +375,10 @@ pub fn of_single_runs(posed: &Posed<'_>, scales: &Scales, removed: &[String]) ->
 
 /// Masses of some runs that were noted wrongly: none below the empty robot's.
 fn mislabelled(posed: &Posed<'_>, field: &[usize], wrong: &[usize], evidence: f64, gain: f64) -> Scored {
-    let runs = &posed.twin.runs.runs;
+    let runs = &posed.predictor.runs.runs;
     let masses = |run: usize| runs[run].rows.iter().map(|row| row.mass);
     let heaviest = field.iter().flat_map(|&run| masses(run)).fold(0.0, f64::max);
-    let empty = residuals::thresholds::detect::LIGHTEST * posed.twin.runs.robot.range().no_load();
+    let empty = residuals::thresholds::detect::LIGHTEST * posed.predictor.runs.robot.range().no_load();
     let mut wrong: Vec<usize> = wrong.iter().map(|place| field[*place]).collect();
     wrong.sort_unstable();
     let least = wrong.iter().map(|&run| -(masses(run).fold(f64::INFINITY, f64::min) - empty).max(0.0));

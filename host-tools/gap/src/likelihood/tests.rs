@@ -15,7 +15,7 @@ use super::noise::{Noise, Told};
 use super::priors::ORDER;
 use super::rows::Kept;
 use super::{LEVEL, investigate};
-use residuals::twin::{State, Twin};
+use residuals::predictor::{Predictor, State};
 use residuals::types::{Base, Options, Verdict};
 
 /// Normal values: sums of twelve numbers of a multiplier.
@@ -139,8 +139,8 @@ fn runs(count: u32, effects: &[(Regressor, f64)], normal: &mut Normal) -> Runs {
     let mut runs = Runs::condition_to(&burger, raw.collect(), Rows::Before).unwrap();
     let state = State { torque: TorqueModel::from_array(TORQUE), effects: effects.to_vec() };
     let powers: Vec<Vec<f64>> = {
-        let twin = Twin::new(&runs, Drive::Dissipative);
-        (0..count as usize).map(|run| twin.predict(run, &state)).collect()
+        let predictor = Predictor::new(&runs, Drive::Dissipative);
+        (0..count as usize).map(|run| predictor.predict(run, &state)).collect()
     };
     for (place, powers) in powers.into_iter().enumerate() {
         let noise = normal.coloured(powers.len(), 0.05);
@@ -209,15 +209,16 @@ fn a_second_effect_is_named_beside_the_first() {
 fn the_base_is_fitted_anew_by_clean_runs() {
     let mut all = runs(6, &[], &mut Normal(3));
     let start = TorqueModel::from_array(TORQUE.map(|value| 1.2 * value));
-    let fitted =
-        |runs: &Runs| super::clean_base::fitted(&Twin::new(runs, Drive::Dissipative), start, 6).to_array();
+    let fitted = |runs: &Runs| {
+        super::clean_base::fitted(&Predictor::new(runs, Drive::Dissipative), start, 6).to_array()
+    };
     assert_eq!(fitted(&all), start.to_array());
     for run in &mut all.runs {
         run.clean = true;
     }
-    let twin = Twin::new(&all, Drive::Dissipative);
+    let predictor = Predictor::new(&all, Drive::Dissipative);
     let power = |values: [f64; 7]| {
-        twin.predict(0, &State { torque: TorqueModel::from_array(values), effects: Vec::new() })
+        predictor.predict(0, &State { torque: TorqueModel::from_array(values), effects: Vec::new() })
     };
     let truth = power(TORQUE);
     let off = |values: [f64; 7]| {

@@ -22,10 +22,10 @@ use super::family::{Knots, at};
 use super::limits::Limits;
 use crate::report::{Basis, Rival};
 use residuals::noise::whiten::Signal;
+use residuals::predictor::{Predictor, State};
 use residuals::smooth;
 use residuals::thresholds::manoeuvre::{SAMPLES_PER_CUTOFF, SHAPE_STEP, SHAPE_UNCERTAINTY};
 use residuals::thresholds::problem::DISCREPANCY_RIDGE;
-use residuals::twin::{State, Twin};
 
 /// A drive as the filter would show it: rows without power.
 ///
@@ -169,8 +169,9 @@ impl Ground<'_> {
         // The model's error is in clean runs, too: effects show there as they would in the field.
         let mut bare = runs.clone();
         bare.runs.iter_mut().for_each(|run| run.clean = false);
-        let twin = Twin { clean_delay: self.basis.clean_delay, ..Twin::new(runs, self.basis.drive) };
-        let field = Twin { runs: &bare, ..twin };
+        let predictor =
+            Predictor { clean_delay: self.basis.clean_delay, ..Predictor::new(runs, self.basis.drive) };
+        let field = Predictor { runs: &bare, ..predictor };
         let state = |rival: &Rival| if planned { to_come(&rival.state, runs) } else { rival.state.clone() };
         let states: Vec<State> = self.hypotheses.iter().map(state).collect();
         let base = self.basis.precision.nrows();
@@ -192,20 +193,20 @@ impl Ground<'_> {
             blocks.clear();
             let mut power = Vec::new();
             for state in &states {
-                let at = twin.predict(place, state);
+                let at = predictor.predict(place, state);
                 let from = columns.len();
                 columns.extend(
                     state
                         .effects
                         .iter()
-                        .map(|(regressor, _)| twin.effect_slope(place, state, regressor, &at)),
+                        .map(|(regressor, _)| predictor.effect_slope(place, state, regressor, &at)),
                 );
                 let effects = columns.len() - from;
                 for (effect, (regressor, _)) in state.effects.iter().enumerate() {
                     let Some(shape) = width(regressor) else { continue };
                     let mut moved = state.clone();
                     moved.effects[effect].0 = regressor.with_shape(shape * (1.0 + SHAPE_STEP));
-                    let there = twin.predict(place, &moved);
+                    let there = predictor.predict(place, &moved);
                     columns
                         .push(there.iter().zip(&at).map(|(there, at)| (there - at) / SHAPE_STEP).collect());
                 }

@@ -13,11 +13,11 @@ use super::rests::{Rests, Step};
 use crate::confirm::Confirmed;
 use crate::report::Report;
 use crate::report::localise::Cell;
+use residuals::predictor::State;
 use residuals::split::{self, Split};
 use residuals::thresholds::power_only::{
     CELLS, LEAST_BLOCKS, LEAST_RUNS, SAME_ERRORS, SAME_SHARE, STEP_ERRORS,
 };
-use residuals::twin::State;
 use residuals::types::{Named, Round, Scored, Status, Verdict};
 
 /// The one effect that shows.

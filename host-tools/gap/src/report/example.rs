@@ -11,8 +11,8 @@ use crate::confirm::Confirmed;
 use crate::report::{Basis, Report};
 use crate::words;
 use residuals::noise::whiten::Whitener;
+use residuals::predictor::State;
 use residuals::split::Split;
-use residuals::twin::State;
 use residuals::types::{Named, Round, Scored, Status, Verdict};
 
 /// As full as a report may be: twelve runs with long names, three effects, many ties and cells.

@@ -4,10 +4,10 @@ use model::effects::{Sign, find};
 use serde_json::{Map, Value, json};
 
 use super::advice;
+use crate::driven_plant::Simulated;
 use crate::likelihood::Likelihood;
 use crate::manoeuvre::Suggestion;
 use crate::report::Report;
-use crate::simulation::Simulated;
 use crate::simulator::Told;
 use crate::simulator::export::Changes;
 use crate::words;

@@ -19,11 +19,11 @@ use super::confirm::Confirmed;
 use super::likelihood;
 use residuals::detect::over_dispersion::OverDispersion;
 use residuals::noise::whiten::{Signal, Whitener};
+use residuals::predictor::State;
 use residuals::split::Split;
 use residuals::thresholds::calibrate::MARGIN;
 use residuals::thresholds::confirm::MUCH_MORE;
 use residuals::thresholds::detect::STRUCTURE;
-use residuals::twin::State;
 use residuals::types::{Named, Round, Verdict};
 
 /// The answer and what led to it.

@@ -5,9 +5,9 @@ mod shape_test;
 
 use model::effects::{Candidate, Regressor};
 
+use super::predictor::State;
 use super::problem::Problem;
 use super::thresholds::detect::MORE_LOOKS;
-use super::twin::State;
 use super::types::{Scored, Status};
 
 /// What the detector sees.
@@ -31,7 +31,7 @@ pub fn structure(problem: &Problem<'_>, state: &State, list: &[Candidate], named
         || Structure { greatest: f64::INFINITY, scored: Vec::new(), order: Vec::new(), further: Vec::new() };
     let Some(linear) = problem.linear(state, &regressors, &problem.smooth) else { return empty() };
     let null = linear.factored.loss();
-    let (active, runs) = (problem.active(state), problem.twin.runs);
+    let (active, runs) = (problem.active(state), problem.predictor.runs);
     let mut greatest = 0.0_f64;
     for further in regressors.len()..linear.further() {
         if let Some(score) = linear.score(further) {
@@ -111,8 +111,8 @@ mod tests {
     use model_core::torque::{Drive, TorqueModel};
 
     use super::*;
+    use crate::predictor::Predictor;
     use crate::problem::example;
-    use crate::twin::Twin;
 
     /// Two runs: either the second has a step, or both have an effect. The score of a single run is
     /// divided by the search factor, that of an effect of all runs is not.
@@ -133,8 +133,8 @@ mod tests {
         let friction =
             STATIC_STEP.candidate(vec![Regressor::Term(Term::Viscous)], (-1.0, 1.0), Detail::Plain, 0.0);
         let runs = example::simulated(&example::runs([5.0, 7.0]), Drive::Regenerative, truth);
-        let twin = Twin::new(&runs, Drive::Regenerative);
-        let mut problem = example::bare(twin, torque, 0);
+        let predictor = Predictor::new(&runs, Drive::Regenerative);
+        let mut problem = example::bare(predictor, torque, 0);
         let greatest =
             |problem: &Problem<'_>| structure(problem, &problem.start(), from_ref(&friction), &[]).greatest;
         let usual = greatest(&problem);

@@ -5,9 +5,9 @@ use logs::robot::chassis::Together;
 use numerics::intervals::mean_interval;
 
 use crate::noise::spread::Spread;
+use crate::predictor::State;
 use crate::problem::Problem;
 use crate::thresholds::detect::{DISTURBANCE, DISTURBANCE_Z, MOST_SIGMAS};
-use crate::twin::State;
 
 /// Scatter of the field's residuals relative to that of clean runs.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,7 +22,7 @@ impl OverDispersion {
     /// Of the runs at a state; `None` without clean runs to compare with, or with fewer than two
     /// runs of either kind.
     pub fn of(problem: &Problem<'_>, state: &State) -> Option<Self> {
-        let runs = problem.twin.runs;
+        let runs = problem.predictor.runs;
         if !runs.runs.iter().any(|run| run.clean) {
             return None;
         }

@@ -8,6 +8,7 @@ use model::effects::{
 use nalgebra::DVector;
 use numerics::least_squares::{Factored, FurtherColumn};
 
+use crate::predictor::State;
 use crate::problem::Problem;
 use crate::problem::panel::Panel;
 use crate::problem::times::cost_of_a_time;
@@ -15,7 +16,6 @@ use crate::thresholds::detect::{
     IN_RUN, LEAST_STEP, LIGHTEST, MOST_ROLLING, MOST_TIMES, RUN_ENDS, TIME_GRID_S, TIME_PENALTY, WRONG_MASS,
 };
 use crate::thresholds::problem::LEAST_SHARE;
-use crate::twin::State;
 
 /// The best time of a step in each run, and in all runs together.
 struct Times {
@@ -32,17 +32,17 @@ struct Times {
 pub(super) fn candidates(problem: &Problem<'_>, state: &State) -> Vec<(Candidate, f64)> {
     let mut scored = Vec::new();
     let Some(in_run) = InRun::new(problem, state) else { return scored };
-    let runs = problem.twin.runs.runs.len();
+    let runs = problem.predictor.runs.runs.len();
 
-    let rows: usize = problem.twin.runs.runs.iter().map(|run| run.rows.len()).sum();
+    let rows: usize = problem.predictor.runs.runs.iter().map(|run| run.rows.len()).sum();
     let chance = (rows as f64).ln();
 
-    let field: Vec<usize> = (0..runs).filter(|&run| !problem.twin.runs.runs[run].clean).collect();
+    let field: Vec<usize> = (0..runs).filter(|&run| !problem.predictor.runs.runs[run].clean).collect();
     let open = field.len();
     let scores: Vec<(usize, f64)> =
         field.iter().filter_map(|&run| Some((run, mass_score(problem, state, &in_run, run)?))).collect();
     for wrong in wrong_masses(&scores, [WRONG_MASS, problem.inflated(WRONG_MASS)], open) {
-        let names = wrong.iter().map(|(run, _)| problem.twin.runs.runs[*run].name.clone()).collect();
+        let names = wrong.iter().map(|(run, _)| problem.predictor.runs.runs[*run].name.clone()).collect();
         let detail = Detail::InRuns { runs: Runs::Named(names), at_s: None };
         let regressors = wrong.iter().map(|(run, _)| Regressor::Mass(*run)).collect();
         let z: Vec<f64> = wrong.iter().map(|(_, z)| *z).collect();
@@ -51,7 +51,7 @@ pub(super) fn candidates(problem: &Problem<'_>, state: &State) -> Vec<(Candidate
     }
 
     let mut kinds = vec![(&STATIC_STEP, Switched::Static), (&SURFACE_SWITCH, Switched::Rolling)];
-    if !problem.twin.runs.robot.conditioning().slip.is_off() {
+    if !problem.predictor.runs.robot.conditioning().slip.is_off() {
         kinds.push((&SURFACE_SWITCH, Switched::HalfSlip));
     }
     for (entry, what) in kinds {
@@ -92,7 +92,8 @@ pub(super) fn candidates(problem: &Problem<'_>, state: &State) -> Vec<(Candidate
         let of_one = |(run, at): &(usize, f64)| Some(Regressor::InRun(*run, what.from(*at)?));
         let regressors: Vec<Regressor> = single.iter().filter_map(of_one).collect();
         if !regressors.is_empty() {
-            let names = single.iter().map(|(run, _)| problem.twin.runs.runs[*run].name.clone()).collect();
+            let names =
+                single.iter().map(|(run, _)| problem.predictor.runs.runs[*run].name.clone()).collect();
             let at = single.iter().map(|(_, at)| Some(*at)).collect();
             let detail = Detail::InRuns { runs: Runs::Named(names), at_s: Some(at) };
             let search = (TIME_PENALTY + chance) * regressors.len() as f64;
@@ -137,9 +138,9 @@ fn wrong_masses(scores: &[(usize, f64)], least: [f64; 2], open: usize) -> Vec<Ve
 /// Masses of single runs: at least that of the empty robot, and changed by at most the greatest
 /// noted.
 fn mislabelled(problem: &Problem<'_>, wrong: Vec<Regressor>, detail: Detail, search: f64) -> Candidate {
-    let masses = |run: usize| problem.twin.runs.runs[run].rows.iter().map(|row| row.mass);
-    let heaviest = (0..problem.twin.runs.runs.len()).flat_map(masses).fold(0.0, f64::max);
-    let empty = LIGHTEST * problem.twin.runs.robot.range().no_load();
+    let masses = |run: usize| problem.predictor.runs.runs[run].rows.iter().map(|row| row.mass);
+    let heaviest = (0..problem.predictor.runs.runs.len()).flat_map(masses).fold(0.0, f64::max);
+    let empty = LIGHTEST * problem.predictor.runs.robot.range().no_load();
     let least: Vec<f64> = wrong
         .iter()
         .filter_map(Regressor::run)
@@ -150,8 +151,8 @@ fn mislabelled(problem: &Problem<'_>, wrong: Vec<Regressor>, detail: Detail, sea
 
 /// z of one run's mass.
 fn mass_score(problem: &Problem<'_>, state: &State, in_run: &InRun<'_>, run: usize) -> Option<f64> {
-    let raw = problem.twin.columns(run, state, 0, &[Regressor::Mass(run)]);
-    let column = problem.noise.whiten(problem.twin.runs, run, &raw[0]);
+    let raw = problem.predictor.columns(run, state, 0, &[Regressor::Mass(run)]);
+    let column = problem.noise.whiten(problem.predictor.runs, run, &raw[0]);
     in_run.z(run, &column, &in_run.products(run, &column))
 }
 
@@ -186,7 +187,8 @@ impl<'a> InRun<'a> {
         let score = self.factored.score(products, LEAST_SHARE)?;
         // Where the noise of the run is greater than elsewhere, a score says less.
         let square: f64 = column.iter().map(|x| x * x).sum();
-        let scattered = self.problem.noise.run_score_variance(self.problem.twin.runs.period_s, run, column);
+        let scattered =
+            self.problem.noise.run_score_variance(self.problem.predictor.runs.period_s, run, column);
         let variance_inflation = (scattered / square).max(1.0);
         Some(score.z() / variance_inflation.sqrt())
     }
@@ -195,7 +197,7 @@ impl<'a> InRun<'a> {
 /// The times at which a step explains most.
 fn times(in_run: &InRun<'_>, state: &State, what: Switched) -> Times {
     let problem = in_run.problem;
-    let runs = problem.twin.runs;
+    let runs = problem.predictor.runs;
     let longest = runs.runs.iter().filter_map(|run| run.rows.last()).map(|row| row.time).fold(0.0, f64::max);
     let step = TIME_GRID_S.max(longest / MOST_TIMES);
     let count = (longest / step) as usize;
@@ -209,7 +211,7 @@ fn times(in_run: &InRun<'_>, state: &State, what: Switched) -> Times {
         }
         let whole = match what {
             Switched::Static => vec![1.0; run.rows.len()],
-            moving => problem.twin.columns(place, state, 0, &[moving.throughout()]).swap_remove(0),
+            moving => problem.predictor.columns(place, state, 0, &[moving.throughout()]).swap_remove(0),
         };
         let end = run.rows.last().map_or(0.0, |row| row.time);
         let mut strongest: Option<(f64, f64)> = None;

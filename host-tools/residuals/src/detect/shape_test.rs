@@ -12,13 +12,13 @@ use model::effects::Regressor;
 use model_core::effects::Term;
 
 use crate::noise::whiten::Signal;
+use crate::predictor::State;
 use crate::problem::Problem;
-use crate::twin::State;
 
 /// Columns of the state's effects times speed, time, mass, turn rate and acceleration, whitened; of
 /// braking power that returns times the turn rate only. 0 in clean runs.
 pub(super) fn deformations(problem: &Problem<'_>, state: &State) -> Vec<Signal> {
-    let runs = problem.twin.runs;
+    let runs = problem.predictor.runs;
     let along: [fn(&Row) -> f64; 5] = [
         |row| row.turn_rate.abs(),
         |row| row.wheels.iter().map(|wheel| wheel.speed.abs()).sum(),
@@ -33,7 +33,12 @@ pub(super) fn deformations(problem: &Problem<'_>, state: &State) -> Vec<Signal> 
     for (regressor, _) in state.effects.iter().filter(|(regressor, _)| has_shape(regressor)) {
         let column: Signal = (0..runs.runs.len())
             .map(|place| {
-                problem.twin.effect_slope(place, state, regressor, &problem.twin.predict(place, state))
+                problem.predictor.effect_slope(
+                    place,
+                    state,
+                    regressor,
+                    &problem.predictor.predict(place, state),
+                )
             })
             .collect();
         let count = if matches!(regressor, Regressor::Term(Term::Return)) { 1 } else { along.len() };

@@ -3,12 +3,12 @@ use model::effects::{Candidate, Detail, Regressor, Runs};
 use numerics::intervals::mean_interval;
 use numerics::search::golden_section;
 
+use crate::predictor::State;
 use crate::problem::Problem;
 use crate::problem::fit::Fitted;
 use crate::problem::times::cost_of_a_time;
 use crate::thresholds::name::{IN_RUN_ERRORS, SEARCH_TOLERANCE, SHARPENED, TIE, TIE_ERRORS, TIE_SHARE};
 use crate::thresholds::problem::MOST_FIT_STEPS;
-use crate::twin::State;
 
 /// A candidate with its fit.
 #[derive(Debug, Clone, PartialEq)]
@@ -114,7 +114,7 @@ pub(super) fn fit_hypothesis(
         }
     }
     problem.sharpen_times(&mut fitted);
-    let runs = problem.twin.runs.runs.iter().filter(|run| !run.clean).count();
+    let runs = problem.predictor.runs.runs.iter().filter(|run| !run.clean).count();
     if let Some((regressor, _)) = fitted.state.effects.last()
         && let [searched] = &mut candidate.regressors[..]
         && let (Regressor::Switch(..), Regressor::Switch(_, times)) = (&*searched, regressor)
@@ -207,7 +207,7 @@ pub(super) fn better_without_a_run(
     threshold: f64,
 ) -> Vec<String> {
     let in_single_runs = winner.lives_in_single_runs();
-    let runs = problem.twin.runs.runs.iter().filter(|run| !run.clean).count();
+    let runs = problem.predictor.runs.runs.iter().filter(|run| !run.clean).count();
     let better = (0..runs).filter_map(|run| {
         let loss = |hypothesis: &&Hypothesis| {
             problem.loss_without(&hypothesis.fitted, run) + problem.price_without(&hypothesis.candidate, run)
@@ -258,9 +258,9 @@ mod tests {
 
     use super::*;
     use crate::late::with_power;
+    use crate::predictor::Predictor;
     use crate::problem::example;
     use crate::problem::panel::Products;
-    use crate::twin::Twin;
 
     /// An effect with a loss, and a coefficient within its range of 0 to 1 or not.
     fn hypothesis(id: &str, loss: f64, coefficient: f64) -> Hypothesis {
@@ -347,8 +347,8 @@ mod tests {
         let masses = [Regressor::Mass(0), Regressor::Mass(1)];
         let truth = State { torque, effects: masses.iter().cloned().zip([-0.5, -1.6]).collect() };
         let runs = example::simulated(&example::runs([5.0, 7.0]), Drive::Dissipative, |_| truth.clone());
-        let twin = Twin::new(&runs, Drive::Dissipative);
-        let mut problem = example::bare(twin, torque, 0);
+        let predictor = Predictor::new(&runs, Drive::Dissipative);
+        let mut problem = example::bare(predictor, torque, 0);
         let state = State { torque, effects: Vec::new() };
         let candidate = Candidate {
             regressors: masses.into(),
@@ -370,19 +370,19 @@ mod tests {
         assert!((problem.price_without(&candidate, 0) - 20.0).abs() < 1e-9);
     }
 
-    /// Runs whose power is the twin's, late by `delay`, s, and passed through `sensor`.
+    /// Runs whose power is the predictor's, late by `delay`, s, and passed through `sensor`.
     fn late(torque: TorqueModel<f64>, delay: f64, sensor: impl Fn(&[f64]) -> Vec<f64>) -> logs::runs::Runs {
         let runs = example::runs([5.0, 7.0]);
         let state = State { torque, effects: vec![(Regressor::Delay, delay)] };
-        let twin = Twin::new(&runs, Drive::Regenerative);
-        let powers = (0..runs.runs.len()).map(|run| sensor(&twin.predict(run, &state)));
+        let predictor = Predictor::new(&runs, Drive::Regenerative);
+        let powers = (0..runs.runs.len()).map(|run| sensor(&predictor.predict(run, &state)));
         with_power(&runs, powers.collect())
     }
 
     /// A delay fitted to runs of [`late`], and what it gains: as it counts, and in χ².
     fn delay_of(runs: &logs::runs::Runs, torque: TorqueModel<f64>) -> (f64, [f64; 2]) {
-        let twin = Twin::new(runs, Drive::Regenerative);
-        let problem = example::bare(twin, torque, 0);
+        let predictor = Predictor::new(runs, Drive::Regenerative);
+        let problem = example::bare(predictor, torque, 0);
         let mut candidate = hypothesis("sensor-delay", 0.0, 0.0).candidate;
         candidate.regressors = vec![Regressor::Delay];
         candidate.range = (-1.0, 1.0);

@@ -10,10 +10,10 @@ use self::hypothesis::{
     shows_no_shape, tie_width,
 };
 use super::detect::Structure;
+use super::predictor::State;
 use super::problem::Problem;
 use super::thresholds::name::{REFINED, REFINED_SHARE, WAYS};
 use super::thresholds::problem::MOST_FIT_STEPS;
-use super::twin::State;
 use super::types::{Options, Round, Scored, Status};
 use rayon::prelude::*;
 

@@ -7,9 +7,9 @@
 use model::effects::Regressor;
 
 use super::hypothesis::{Hypothesis, as_good, better_without_a_run, disagree, fit_hypothesis, tie_width};
+use crate::predictor::State;
 use crate::problem::Problem;
 use crate::thresholds::problem::MOST_FIT_STEPS;
-use crate::twin::State;
 
 /// Ids of the rivals struck from a tie, which begins with the winner. `others`: the base and the
 /// other effects named. `problem`: open runs, then locked ones, then clean ones.
@@ -71,8 +71,8 @@ mod tests {
     use model_core::torque::{Drive, TorqueModel};
 
     use super::*;
+    use crate::predictor::Predictor;
     use crate::problem::example;
-    use crate::twin::Twin;
 
     /// Base parameters that move along.
     const BASE: usize = 4;
@@ -90,7 +90,7 @@ mod tests {
         let truth = State { effects: vec![(offset.clone(), 0.3)], ..start.clone() };
         let runs = example::runs([0.8, 0.3]);
         let runs = example::simulated(&runs, Drive::Regenerative, |_| truth.clone());
-        let problem = example::bare(Twin::new(&runs, Drive::Regenerative), start.torque, BASE);
+        let problem = example::bare(Predictor::new(&runs, Drive::Regenerative), start.torque, BASE);
         let candidate = |id: &str, regressor| example::candidate(id, vec![regressor], (-10.0, 10.0));
         let times: Arc<[f64]> = [10.0, 10.0].into();
         let fitted = [

@@ -11,10 +11,10 @@ use numerics::robust::scale_of_sizes;
 
 use self::spread::Spread;
 use self::whiten::{Signal, Whitener};
+use super::predictor::{Predictor, State};
 use super::thresholds::noise::{
     BLOCKS_S, HUBER, LEAST_QUIET, LEAST_WORTH, MOST_TAKEN, PASSES, QUIETER, RIDGE,
 };
-use super::twin::{State, Twin};
 
 /// Which runs the autoregression of the noise is estimated from.
 #[derive(Debug, Clone, Copy)]
@@ -49,18 +49,18 @@ impl Noise {
     /// From the residual at `state` less its regression on base, regressors and smooth functions,
     /// before and after whitening.
     pub fn estimate(
-        twin: &Twin<'_>,
+        predictor: &Predictor<'_>,
         state: &State,
         base: usize,
         regressors: &[Regressor],
         smooth: &[Signal],
         memory: Memory<'_>,
     ) -> Self {
-        let runs = twin.runs;
+        let runs = predictor.runs;
         let has_clean = runs.runs.iter().any(|run| run.clean);
         let raw: Vec<Vec<Vec<f64>>> = (0..runs.runs.len())
             .map(|place| {
-                let mut columns = twin.columns(place, state, base, regressors);
+                let mut columns = predictor.columns(place, state, base, regressors);
                 let residual = columns.pop().unwrap_or_default();
                 columns.extend(smooth.iter().map(|signal| signal[place].clone()));
                 columns.push(residual);

@@ -4,8 +4,8 @@ use logs::runs::Runs;
 use model_core::torque::TorqueModel;
 use numerics::search::golden_section;
 
+use crate::predictor::{Predictor, State};
 use crate::thresholds::problem::{DELAY_ACCURACY_ROWS, MOST_DELAY_ROWS};
-use crate::twin::{State, Twin};
 use crate::types::Base;
 
 /// The delay with the least residual, s; to a hundredth of a row.
@@ -14,8 +14,8 @@ use crate::types::Base;
 /// the residual that looks like a derivative of the base and of every effect.
 pub fn estimate(clean: &Runs, base: &Base) -> f64 {
     let cost = |torque: TorqueModel<f64>, delay: f64| {
-        let twin = Twin { clean_delay: delay, ..Twin::new(clean, base.drive) };
-        let residual = twin.residual(&State { torque, effects: Vec::new() });
+        let predictor = Predictor { clean_delay: delay, ..Predictor::new(clean, base.drive) };
+        let residual = predictor.residual(&State { torque, effects: Vec::new() });
         residual.iter().flatten().map(|x| x * x).sum::<f64>()
     };
     // The cost is a parabola but for the kinks of the interpolation.

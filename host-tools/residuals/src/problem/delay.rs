@@ -4,9 +4,9 @@ use model::effects::Regressor;
 
 use super::Problem;
 use super::fit::Fitted;
+use crate::predictor::State;
 use crate::thresholds::name::DELAY_GRID_ROWS;
 use crate::thresholds::problem::MOST_FIT_STEPS;
-use crate::twin::State;
 
 impl Problem<'_> {
     /// The delay in a range, s, with the least loss.
@@ -19,11 +19,11 @@ impl Problem<'_> {
     pub(crate) fn fit_delay(&self, state: &State, (low, high): (f64, f64)) -> Option<Fitted> {
         let from = |start: f64| self.fit(state, &[(Regressor::Delay, start)], MOST_FIT_STEPS);
         let near = from(0.0)?;
-        let sample = self.twin.runs.step.period_s();
-        let step = DELAY_GRID_ROWS * self.twin.runs.period_s;
+        let sample = self.predictor.runs.step.period_s();
+        let step = DELAY_GRID_ROWS * self.predictor.runs.period_s;
         let count = ((high - low) / step).ceil();
         let grid = (0..=count as u32).map(|k| (low + step * f64::from(k)).min(high));
-        let starts = grid.chain([self.twin.removed_delay]).filter(|start| start.abs() > sample);
+        let starts = grid.chain([self.predictor.removed_delay]).filter(|start| start.abs() > sample);
         let far = self.best_start(state, &Regressor::Delay, starts).and_then(from);
         let is_far =
             |fitted: &Fitted| fitted.state.effects.last().is_some_and(|(_, delay)| delay.abs() > sample);
@@ -40,7 +40,7 @@ impl Problem<'_> {
     pub(crate) fn loss_as_delay(&self, state: &State, fitted: &Fitted) -> f64 {
         let mut opposite = fitted.state.clone();
         match opposite.effects.last_mut() {
-            Some((Regressor::Delay, delay)) if delay.abs() < self.twin.runs.step.period_s() => {
+            Some((Regressor::Delay, delay)) if delay.abs() < self.predictor.runs.step.period_s() => {
                 *delay = -*delay
             }
             _ => return fitted.loss,

@@ -12,7 +12,7 @@ use super::panel::Fixed;
 use crate::late::with_power;
 use crate::noise::Noise;
 use crate::noise::whiten::Whitener;
-use crate::twin::{State, Twin};
+use crate::predictor::{Predictor, State};
 
 /// Standard deviation of the noise, W.
 pub(crate) const STD_W: f64 = 0.07;
@@ -34,8 +34,8 @@ pub(crate) fn runs(paces: [f64; 2]) -> Runs {
 
 /// Runs whose power is that of a state each.
 pub(crate) fn simulated(runs: &Runs, drive: Drive, truth: impl Fn(usize) -> State) -> Runs {
-    let twin = Twin::new(runs, drive);
-    with_power(runs, (0..runs.runs.len()).map(|run| twin.predict(run, &truth(run))).collect())
+    let predictor = Predictor::new(runs, drive);
+    with_power(runs, (0..runs.runs.len()).map(|run| predictor.predict(run, &truth(run))).collect())
 }
 
 /// A plain candidate with a coefficient within `range`.
@@ -58,13 +58,13 @@ fn white(runs: &Runs) -> Noise {
 }
 
 /// A problem without clean runs, prior and discrepancy.
-pub(crate) fn bare<'a>(twin: Twin<'a>, centre: TorqueModel<f64>, base: usize) -> Problem<'a> {
+pub(crate) fn bare<'a>(predictor: Predictor<'a>, centre: TorqueModel<f64>, base: usize) -> Problem<'a> {
     Problem {
-        twin,
+        predictor,
         centre,
         base,
         precision: DMatrix::zeros(base, base),
-        noise: white(twin.runs),
+        noise: white(predictor.runs),
         discrepancy: Fixed::default(),
         factor: None,
         smooth: Vec::new(),

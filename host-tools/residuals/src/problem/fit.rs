@@ -7,8 +7,8 @@ use nalgebra::{DMatrix, DVector};
 use super::Problem;
 use super::panel::Products;
 use crate::noise::whiten::Signal;
+use crate::predictor::State;
 use crate::thresholds::problem::{HALVINGS, LEAST_STEP_GAIN, SHORTER};
-use crate::twin::State;
 
 /// A state fitted with all its effects.
 #[derive(Debug, Clone, PartialEq)]
@@ -108,11 +108,13 @@ impl Problem<'_> {
 
     /// The whitened, weighted residual of a state without discrepancy.
     fn residual(&self, state: &State) -> Vec<DVector<f64>> {
-        let residual = self.twin.residual(state);
+        let residual = self.predictor.residual(state);
         let mut white: Vec<DVector<f64>> = residual
             .iter()
             .enumerate()
-            .map(|(place, residual)| DVector::from_vec(self.noise.whiten(self.twin.runs, place, residual)))
+            .map(|(place, residual)| {
+                DVector::from_vec(self.noise.whiten(self.predictor.runs, place, residual))
+            })
             .collect();
         if let Some(factor) = &self.factor {
             let mut right = DVector::zeros(self.discrepancy.len());
@@ -135,7 +137,8 @@ impl Problem<'_> {
         let size = wanted.len();
         let mut variances = DVector::<f64>::zeros(size);
         for clean in [false, true] {
-            let runs = (0..fitted.products.runs.len()).filter(|&run| self.twin.runs.runs[run].clean == clean);
+            let runs =
+                (0..fitted.products.runs.len()).filter(|&run| self.predictor.runs.runs[run].clean == clean);
             let moves: Vec<DVector<f64>> = runs
                 .filter_map(|run| {
                     let (state, without) = (&fitted.state, fitted.products.total(Some(run)));

@@ -74,7 +74,7 @@ mod tests {
     use nalgebra::{DMatrix, DVector};
 
     use super::super::example::{STD_W, bare, runs};
-    use crate::twin::{State, Twin};
+    use crate::predictor::{Predictor, State};
 
     /// The regression of the residual on base and effect at once, β = (XᵀX)⁻¹ Xᵀr, has z_j = β_j /
     /// (σ √((XᵀX)⁻¹)_jj); the score, which takes the base out of the column first, has to be the
@@ -85,14 +85,14 @@ mod tests {
         const BASE: usize = 4;
         let runs = runs([0.4, 0.9]);
         let torque = TorqueModel::from_array([0.05, 0.01, 0.004, 0.002, 1.3, 2.0, 0.0]);
-        let twin = Twin::new(&runs, Drive::Regenerative);
+        let predictor = Predictor::new(&runs, Drive::Regenerative);
         let start = State { torque, effects: Vec::new() };
-        let problem = bare(twin, torque, BASE);
+        let problem = bare(predictor, torque, BASE);
         for effect in [Regressor::Term(Term::Stribeck(1.0)), Regressor::Delay, Regressor::Term(Term::Offset)]
         {
             let score = problem.linear(&start, std::slice::from_ref(&effect), &[]).unwrap().score(0).unwrap();
             let of_runs: Vec<_> = (0..2)
-                .map(|place| twin.columns(place, &start, BASE, std::slice::from_ref(&effect)))
+                .map(|place| predictor.columns(place, &start, BASE, std::slice::from_ref(&effect)))
                 .collect();
             let column = |index: usize| of_runs.iter().flat_map(move |run| run[index].iter().copied());
             let columns: Vec<DVector<f64>> = (0..BASE + 2)

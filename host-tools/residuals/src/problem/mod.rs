@@ -22,15 +22,15 @@ use self::linear::Linear;
 use self::panel::{Fixed, Panel};
 use super::noise::Noise;
 use super::noise::whiten::Signal;
+use super::predictor::{Predictor, State};
 use super::thresholds::problem::RIDGE;
-use super::twin::{State, Twin};
 use super::types::penalty;
 
 /// The runs in question, and what is known of base and noise.
 #[derive(Debug)]
 pub struct Problem<'a> {
     /// Model and runs.
-    pub twin: Twin<'a>,
+    pub predictor: Predictor<'a>,
     /// The base from its own fit.
     pub centre: TorqueModel<f64>,
     /// How many parameters it has.
@@ -98,7 +98,7 @@ impl Problem<'_> {
         let mut regressors: Vec<Regressor> =
             state.effects.iter().map(|(regressor, _)| regressor.clone()).collect();
         regressors.extend_from_slice(further);
-        Panel::new(&self.twin, state, &self.noise, self.base, &self.discrepancy, &regressors, signals)
+        Panel::new(&self.predictor, state, &self.noise, self.base, &self.discrepancy, &regressors, signals)
     }
 
     /// The prior of a state, from the base's own fit.
@@ -127,7 +127,7 @@ impl Problem<'_> {
         let factored = self.factored(&products, state, self.active(state))?;
         Some(Linear {
             noise: &self.noise,
-            runs: self.twin.runs,
+            runs: self.predictor.runs,
             first: self.first_further(state),
             panel,
             products,

@@ -6,10 +6,10 @@ use numerics::least_squares::{Factored, NormalEquations};
 use super::panel::Fixed;
 use crate::noise::whiten::Signal;
 use crate::noise::{Memory, Noise};
+use crate::predictor::{Predictor, State};
 use crate::problem::Problem;
 use crate::smooth;
 use crate::thresholds::problem::{DISCREPANCY_RIDGE, UNKNOWN};
-use crate::twin::{State, Twin};
 use crate::types::{Base, Options};
 use model_core::effects::Term;
 use nalgebra::{DMatrix, DVector};
@@ -17,31 +17,32 @@ use nalgebra::{DMatrix, DVector};
 /// Effects that are `known` take part in the estimate of noise and discrepancy; the search starts
 /// without them.
 pub fn open_problem<'a>(
-    twin: Twin<'a>,
+    predictor: Predictor<'a>,
     known: &[(Regressor, f64)],
     base: &Base,
     parameters: usize,
     list: &[Candidate],
     options: &Options,
 ) -> Problem<'a> {
-    let smooth = smooth::functions(twin.runs);
+    let smooth = smooth::functions(predictor.runs);
     let start = State { torque: base.torque, effects: known.to_vec() };
     let regressors: Vec<_> = list.iter().flat_map(|candidate| candidate.regressors.iter().cloned()).collect();
-    let has_clean = twin.runs.runs.iter().any(|run| run.clean);
-    let field: Vec<Signal> = smooth.iter().map(|signal| only_field(twin.runs, signal)).collect();
-    let shared = if has_clean { shared(&twin, &start, parameters, &regressors, &smooth) } else { Vec::new() };
+    let has_clean = predictor.runs.runs.iter().any(|run| run.clean);
+    let field: Vec<Signal> = smooth.iter().map(|signal| only_field(predictor.runs, signal)).collect();
+    let shared =
+        if has_clean { shared(&predictor, &start, parameters, &regressors, &smooth) } else { Vec::new() };
     let signals: Vec<Signal> = shared.iter().chain(&field).cloned().collect();
     let memory = match &options.whitener {
         Some(whitener) => Memory::Known(whitener),
         None if base.of_simulator => Memory::OfAll,
         None => Memory::OfClean,
     };
-    let noise = Noise::estimate(&twin, &start, parameters, &regressors, &signals, memory);
+    let noise = Noise::estimate(&predictor, &start, parameters, &regressors, &signals, memory);
     let whiten = |signals: &[Signal]| -> Vec<Signal> {
-        let run = |(place, values): (usize, &Vec<f64>)| noise.whiten(twin.runs, place, values);
+        let run = |(place, values): (usize, &Vec<f64>)| noise.whiten(predictor.runs, place, values);
         signals.iter().map(|signal| signal.iter().enumerate().map(run).collect()).collect()
     };
-    let lengths: Vec<usize> = twin.runs.runs.iter().map(|run| run.rows.len()).collect();
+    let lengths: Vec<usize> = predictor.runs.runs.iter().map(|run| run.rows.len()).collect();
     let discrepancy = Fixed::new(&unit(whiten(&shared)), &lengths);
     let factor = factor(&discrepancy);
     let smooth = whiten(&field);
@@ -50,7 +51,7 @@ pub fn open_problem<'a>(
     let parameters = if has_clean { 0 } else { parameters };
     let precision = precision(base, parameters, options.slack);
     Problem {
-        twin,
+        predictor,
         centre: base.torque,
         base: parameters,
         precision,
@@ -72,31 +73,34 @@ fn only_field(runs: &Runs, signal: &Signal) -> Signal {
 /// What the base may get wrong on any run: along the smooth functions, and along the effects as
 /// they would show in it.
 fn shared(
-    twin: &Twin<'_>,
+    predictor: &Predictor<'_>,
     start: &State,
     parameters: usize,
     regressors: &[Regressor],
     smooth: &[Signal],
 ) -> Vec<Signal> {
-    let (of_motion, further) = smooth.split_at(smooth::count_of_motion(twin.runs, smooth));
-    let mut shared = [of_motion.to_vec(), smooth::shown_by_clean(twin.runs, further.to_vec())].concat();
-    let all = twin.runs;
+    let (of_motion, further) = smooth.split_at(smooth::count_of_motion(predictor.runs, smooth));
+    let mut shared = [of_motion.to_vec(), smooth::shown_by_clean(predictor.runs, further.to_vec())].concat();
+    let all = predictor.runs;
     let mut field = all.clone();
     for run in &mut field.runs {
         run.clean = false;
     }
-    let twin = Twin { runs: &field, ..*twin };
+    let predictor = Predictor { runs: &field, ..*predictor };
     let usable =
         |regressor: &&Regressor| !matches!(regressor, Regressor::Column(_) | Regressor::Temperature(..));
-    let runs: Vec<Vec<f64>> = (0..field.runs.len()).map(|place| twin.predict(place, start)).collect();
-    let slopes: Vec<Vec<Vec<f64>>> =
-        runs.iter().enumerate().map(|(place, at)| twin.base_slopes(place, start, at, parameters)).collect();
+    let runs: Vec<Vec<f64>> = (0..field.runs.len()).map(|place| predictor.predict(place, start)).collect();
+    let slopes: Vec<Vec<Vec<f64>>> = runs
+        .iter()
+        .enumerate()
+        .map(|(place, at)| predictor.base_slopes(place, start, at, parameters))
+        .collect();
     for parameter in 0..parameters {
         shared.push(slopes.iter().map(|slopes| slopes[parameter].clone()).collect());
     }
     for regressor in regressors.iter().filter(usable) {
         let signal =
-            runs.iter().enumerate().map(|(place, at)| twin.effect_slope(place, start, regressor, at));
+            runs.iter().enumerate().map(|(place, at)| predictor.effect_slope(place, start, regressor, at));
         let signal: Signal = signal.collect();
         match regressor {
             // By a further column, too.

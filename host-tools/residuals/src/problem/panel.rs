@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector, DVectorView};
 
 use crate::noise::Noise;
 use crate::noise::whiten::Signal;
-use crate::twin::{State, Twin};
+use crate::predictor::{Predictor, State};
 
 /// Signals that are the same at every state, whitened, with their sums of products: the base's
 /// errors on clean runs.
@@ -79,7 +79,7 @@ pub struct Panel<'a> {
 impl<'a> Panel<'a> {
     /// About `state`: base, regressors, and signals that are whitened already.
     pub fn new(
-        twin: &Twin<'_>,
+        predictor: &Predictor<'_>,
         state: &State,
         noise: &Noise,
         base: usize,
@@ -87,10 +87,10 @@ impl<'a> Panel<'a> {
         regressors: &[Regressor],
         signals: &[Signal],
     ) -> Self {
-        let moving = (0..twin.runs.runs.len()).map(|place| {
-            let mut columns = twin.columns(place, state, base, regressors);
+        let moving = (0..predictor.runs.runs.len()).map(|place| {
+            let mut columns = predictor.columns(place, state, base, regressors);
             for column in &mut columns {
-                *column = noise.whiten(twin.runs, place, column);
+                *column = noise.whiten(predictor.runs, place, column);
             }
             let residual = columns.pop().unwrap_or_default();
             let all = columns.iter().chain(signals.iter().map(|signal| &signal[place])).chain([&residual]);

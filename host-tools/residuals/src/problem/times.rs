@@ -5,9 +5,9 @@ use nalgebra::DVector;
 
 use super::Problem;
 use super::fit::Fitted;
+use crate::predictor::State;
 use crate::thresholds::detect::{MOST_TIMES, RUN_ENDS, TIME_GRID_S, TIME_PENALTY};
 use crate::thresholds::name::{LEAST_ROUND, TIME_ROUNDS, TIME_STEPS_S};
-use crate::twin::State;
 
 /// χ² that the search for a step's time gains by chance in one of `runs` runs; the choice of the
 /// run counts, too.
@@ -23,13 +23,14 @@ impl Problem<'_> {
             return;
         };
         let mut times = times.to_vec();
-        let field: Vec<usize> = (0..times.len()).filter(|&run| !self.twin.runs.runs[run].clean).collect();
+        let field: Vec<usize> =
+            (0..times.len()).filter(|&run| !self.predictor.runs.runs[run].clean).collect();
         for _ in 0..TIME_ROUNDS {
             let before = fitted.loss;
             let mut search = Search::new(self, &fitted.state, what, times);
             let mut moved = false;
             for &run in &field {
-                let end = self.twin.runs.runs[run].rows.last().map_or(0.0, |row| row.time);
+                let end = self.predictor.runs.runs[run].rows.last().map_or(0.0, |row| row.time);
                 let inside = RUN_ENDS * end..(1.0 - RUN_ENDS) * end;
                 if search.times[run].is_infinite() {
                     let step = TIME_GRID_S.max(end / MOST_TIMES);
@@ -55,10 +56,10 @@ impl Problem<'_> {
 
     /// What one run adds to the sum of squares.
     fn run_loss(&self, state: &State, run: usize) -> RunLoss {
-        let predicted = self.twin.predict(run, state);
-        let rows = &self.twin.runs.runs[run].rows;
+        let predicted = self.predictor.predict(run, state);
+        let rows = &self.predictor.runs.runs[run].rows;
         let residual: Vec<f64> = rows.iter().zip(predicted).map(|(row, p)| row.power - p).collect();
-        let white = DVector::from_vec(self.noise.whiten(self.twin.runs, run, &residual));
+        let white = DVector::from_vec(self.noise.whiten(self.predictor.runs, run, &residual));
         let along =
             self.discrepancy.runs.get(run).map_or(DVector::zeros(0), |signals| signals.tr_mul(&white));
         RunLoss { square: white.norm_squared(), along }
@@ -132,9 +133,9 @@ mod tests {
     use model_core::torque::{Drive, TorqueModel};
 
     use super::*;
+    use crate::predictor::Predictor;
     use crate::problem::example;
     use crate::thresholds::problem::MOST_FIT_STEPS;
-    use crate::twin::Twin;
 
     /// Steps of 0.5 W at 8 and 17 s; the second is not among the starts. In a run without a step
     /// none is detected.
@@ -146,8 +147,8 @@ mod tests {
             let truth = State { torque, effects: vec![(step(hidden), 0.5)] };
             let runs = example::runs([0.8, 0.3]);
             let runs = example::simulated(&runs, Drive::Dissipative, |_| truth.clone());
-            let twin = Twin::new(&runs, Drive::Dissipative);
-            let problem = example::bare(twin, torque, 0);
+            let predictor = Predictor::new(&runs, Drive::Dissipative);
+            let problem = example::bare(predictor, torque, 0);
             let none = State { torque, effects: Vec::new() };
             let start = step([hidden[0], f64::INFINITY]);
             let mut fitted = problem.fit(&none, &[(start, 0.0)], MOST_FIT_STEPS).unwrap();

@@ -1,4 +1,4 @@
-//! The digital twin: the fitted model, extended by effects, along the wheel speeds of a run.
+//! What the fitted model, extended by effects, predicts along the wheel speeds of a run.
 
 use logs::robot::chassis::Together;
 use logs::runs::{Run, Runs};
@@ -54,7 +54,7 @@ pub struct State {
 
 /// Predicts power, W.
 #[derive(Debug, Clone, Copy)]
-pub struct Twin<'a> {
+pub struct Predictor<'a> {
     /// The runs.
     pub runs: &'a Runs,
     /// Whether the drives clamp.
@@ -65,7 +65,7 @@ pub struct Twin<'a> {
     pub removed_delay: f64,
 }
 
-impl<'a> Twin<'a> {
+impl<'a> Predictor<'a> {
     /// Without delays.
     pub fn new(runs: &'a Runs, drive: Drive) -> Self {
         Self { runs, drive, clean_delay: 0.0, removed_delay: 0.0 }
@@ -388,7 +388,7 @@ mod tests {
         let runs = Runs::condition_to(&husky, vec![raw_curves()], Rows::Before).unwrap();
         let before = Runs { smoothing: None, ..runs.clone() };
         let [shown, asked] =
-            [&runs, &before].map(|runs| Twin::new(runs, Drive::Dissipative).predict(0, &state));
+            [&runs, &before].map(|runs| Predictor::new(runs, Drive::Dissipative).predict(0, &state));
         assert_ne!(shown, asked);
         assert_eq!(shown, runs.smoothed(&runs.runs[0], asked));
     }
@@ -399,8 +399,8 @@ mod tests {
     fn windings_warm_towards_what_they_are_when_hot() {
         let torque = TorqueModel::from_array([3.0, 0.03, 0.2, 0.7, 1.1, 0.03, 0.57]);
         let runs = curves(0.0);
-        let twin = Twin::new(&runs, Drive::Regenerative);
-        let power = |effects: Vec<(Regressor, f64)>| twin.predict(0, &State { torque, effects });
+        let predictor = Predictor::new(&runs, Drive::Regenerative);
+        let power = |effects: Vec<(Regressor, f64)>| predictor.predict(0, &State { torque, effects });
         let (cold, hot) = (power(Vec::new()), power(vec![(Regressor::Hot, 0.4)]));
         let warm = power(vec![(Regressor::Warming(10.0), 0.4)]);
         for (k, row) in runs.runs[0].rows.iter().enumerate() {
@@ -417,8 +417,8 @@ mod tests {
         let torque = TorqueModel::from_array([3.0, 0.03, 0.2, 0.7, 1.1, 0.03, 0.57]);
         let powers = |half_slip: f64, effects: Vec<(Regressor, f64)>| {
             let runs = curves(half_slip);
-            let twin = Twin::new(&runs, Drive::Dissipative);
-            twin.predict(0, &State { torque, effects })
+            let predictor = Predictor::new(&runs, Drive::Dissipative);
+            predictor.predict(0, &State { torque, effects })
         };
         let (base, softer) = (powers(0.1, Vec::new()), powers(0.16, Vec::new()));
         let close = |a: f64, b: f64| (a - b).abs() < 1e-9 * b.abs().max(1.0);
@@ -449,11 +449,11 @@ mod tests {
         let raw =
             RawRun { name: "run".to_owned(), rows: rows.collect(), columns: Vec::new(), period_s: 0.05 };
         let runs = Runs::condition(&husky, vec![raw]).unwrap();
-        let twin = Twin::new(&runs, Drive::Dissipative);
+        let predictor = Predictor::new(&runs, Drive::Dissipative);
         let state = State { torque, effects: Vec::new() };
-        let at = twin.predict(0, &state);
-        let slope = twin.effect_slope(0, &state, &Regressor::Scale(0.0), &at);
-        let moved = twin.predict(0, &State { torque, effects: vec![(Regressor::Scale(0.0), 1e-3)] });
+        let at = predictor.predict(0, &state);
+        let slope = predictor.effect_slope(0, &state, &Regressor::Scale(0.0), &at);
+        let moved = predictor.predict(0, &State { torque, effects: vec![(Regressor::Scale(0.0), 1e-3)] });
         for ((at, slope), moved) in at.iter().zip(&slope).zip(&moved) {
             assert!((moved - at - 1e-3 * slope).abs() < 1e-5 * at.abs().max(1.0), "{at} {slope} {moved}");
         }

@@ -30,8 +30,8 @@ use super::confirm;
 use crate::report::Report;
 use crate::report::localise::{self, Cell};
 use crate::report::page::{self, Course};
-use residuals::thresholds::simulation::FOLLOWS;
-use residuals::twin::Twin;
+use residuals::predictor::Predictor;
+use residuals::thresholds::driven_plant::FOLLOWS;
 
 /// An effect in the plant.
 #[derive(Debug, Clone, PartialEq)]
@@ -245,11 +245,11 @@ fn find_sizes(
 fn locked_times(filter: &PowerFilter<'_>, report: &Report) -> Vec<(Switched, Arc<[f64]>)> {
     let locked = filter.measured.subset(&report.split.locked);
     let Some(basis) = &report.basis else { return Vec::new() };
-    let twin = Twin { clean_delay: basis.clean_delay, ..Twin::new(&locked, basis.drive) };
+    let predictor = Predictor { clean_delay: basis.clean_delay, ..Predictor::new(&locked, basis.drive) };
     let common =
         report.state.effects.iter().filter(|(regressor, _)| matches!(regressor, Regressor::Switch(..)));
     let switches: Vec<(Regressor, f64)> = common.cloned().collect();
-    let timed = confirm::with_run_times(&twin, report.state.torque, switches);
+    let timed = confirm::with_run_times(&predictor, report.state.torque, switches);
     let times = timed.into_iter().filter_map(|(regressor, _)| match regressor {
         Regressor::Switch(what, times) => Some((what, times)),
         _ => None,

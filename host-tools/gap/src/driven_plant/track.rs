@@ -11,7 +11,7 @@ use plant::{
 };
 use support::error::{Error, Result};
 
-use residuals::thresholds::simulation::{LEAD_S, MOST_CUTOFF, SMOOTHER, STEP_S};
+use residuals::thresholds::driven_plant::{LEAD_S, MOST_CUTOFF, SMOOTHER, STEP_S};
 
 /// A plant that can follow a robot's wheel speeds.
 #[derive(Debug, Clone)]

@@ -2,7 +2,7 @@
 
 use support::error::Result;
 
-use residuals::thresholds::simulation::{FIRST_SIZE, SAME_SIZE, SIZE_STEPS};
+use residuals::thresholds::driven_plant::{FIRST_SIZE, SAME_SIZE, SIZE_STEPS};
 
 /// Searches a size within a range by secants: the change of power with the last step sets the next.
 /// `power` gives the simulated power of all runs, `now` is that without the cause.

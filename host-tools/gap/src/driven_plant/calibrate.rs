@@ -12,7 +12,7 @@ use super::filter::PowerFilter;
 use super::in_parallel;
 use super::search::squares;
 use super::track::{Followed, Follower};
-use residuals::thresholds::simulation::{
+use residuals::thresholds::driven_plant::{
     DELAY_STEP_ROWS, FIT_STEPS, LEAST_GAIN, MOST_DELAY_ROWS, NUDGE, TRUST,
 };
 
