@@ -3,13 +3,14 @@
 //! columns are shared, never copied.
 
 use std::collections::{HashMap, HashSet};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use model_core::filter::{Channel, LowPass};
 use support::context::Context;
 use support::error::{Error, Result};
 
 use super::conditioned;
+use super::conditioner::Conditioner;
 use super::motions::Step;
 use super::raw;
 pub use super::raw::RawRun;
@@ -31,9 +32,8 @@ const LEAST_ROWS_PER_S: f64 = 8.0;
 /// Sample periods of two runs that differ by more than this share are different.
 const SAME_PERIOD: f64 = 0.1;
 
-/// Cutoff of the filter that speeds pass, rows a second, where the model is asked
-/// [before](Rows::Before) the filter of the power. Derived: a filter has an edge up to 0.45 of its
-/// rate, and less of it is left free.
+/// Most cutoff of the filter that speeds pass where the model is asked [before](Rows::Before) the
+/// filter of the power, as a share of the rows a second. Chosen: below the 0.45 that a filter takes.
 const CUTOFF_PER_ROW: f64 = 0.35;
 
 /// By how much that filter is faster than that of the power: what it gets wrong of a product of
@@ -171,6 +171,8 @@ impl Runs {
         }
         let Some(first) = raw.first() else { return Err(Error::usage("no log was given")) };
         let (first_name, period) = (first.name.clone(), first.period_s);
+        // A log that is too slow for the robot's filter is refused, whichever filter it passes here.
+        Conditioner::of_log(chassis, Path::new(&first_name), period)?;
         let Cutoffs { speed, power } = rows.cutoffs(period, chassis.cutoff_hz());
         let stride = rows.stride(period, speed);
         let fast = chassis.with_cutoff(speed);

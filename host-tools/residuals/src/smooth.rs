@@ -7,7 +7,8 @@ use logs::runs::Runs;
 use super::thresholds::problem::{LEAST_SHOWN, MOST_FOLLOWED};
 use crate::noise::whiten::Signal;
 
-/// The functions, one signal each. They vary about as gently as effects, and need no model.
+/// The functions, one signal each, as the filter of the power shows them. They vary about as gently
+/// as effects, and need no model.
 pub fn functions(runs: &Runs) -> Vec<Signal> {
     let rows = || runs.runs.iter().flat_map(|run| &run.rows);
     let most = |values: &dyn Fn(&logs::runs::Row) -> f64| rows().map(values).fold(1e-9, f64::max);
@@ -94,7 +95,10 @@ pub fn functions(runs: &Runs) -> Vec<Signal> {
         (0..count).map(|function| values.iter().map(|run| run[function].clone()).collect()).collect();
     let column = |place: usize| runs.runs.iter().map(|run| run.extra(place).to_vec()).collect();
     functions.extend(further(runs).into_iter().map(column));
-    functions
+    let filtered = |function: Signal| -> Signal {
+        function.into_iter().zip(&runs.runs).map(|(values, run)| runs.smoothed(run, values)).collect()
+    };
+    functions.into_iter().map(filtered).collect()
 }
 
 /// How many of the [`functions`] need no further column.

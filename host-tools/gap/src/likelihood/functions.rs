@@ -87,10 +87,7 @@ pub fn functions<'a>(
     power: &Signal,
     list: &[Candidate],
 ) -> Vec<(Signal, Group)> {
-    let filtered = |values: Signal| -> Signal {
-        values.into_iter().zip(&runs.runs).map(|(values, run)| runs.smoothed(run, values)).collect()
-    };
-    let smooth: Vec<Signal> = smooth::functions(runs).into_iter().map(filtered).collect();
+    let smooth = smooth::functions(runs);
     let (of_motion, further) = smooth.split_at(smooth::count_of_motion(runs, &smooth));
     let mut functions: Vec<(Signal, Group)> = of_motion.iter().cloned().zip(OF_SMOOTH).collect();
     let has_clean = runs.runs.iter().any(|run| run.clean);
