@@ -6,6 +6,7 @@
 #![deny(clippy::print_stderr, clippy::print_stdout)]
 
 pub mod bench;
+pub mod clean_base;
 pub mod confirm;
 pub mod driven_plant;
 pub mod extension;

@@ -29,7 +29,7 @@ use crate::report::json::Beside;
 use crate::report::{Report, json, page};
 use crate::simulator::export::Changes;
 use crate::simulator::{Simulator, Source, Told};
-use crate::{driven_plant, extension, likelihood, manoeuvre, power_only, refit};
+use crate::{clean_base, driven_plant, extension, likelihood, manoeuvre, power_only, refit};
 use residuals::thresholds::calibrate::LEAST_RUNS;
 use residuals::types::{Base, Options, Verdict};
 use residuals::user::{self, UserCandidates};
@@ -85,14 +85,6 @@ pub enum Engine {
 }
 
 impl Engine {
-    /// The rows of a log that it asks.
-    pub const fn rows(self) -> Rows {
-        match self {
-            Self::Rules => Rows::Behind,
-            Self::Likelihood { .. } => Rows::Before,
-        }
-    }
-
     /// Analyses what field runs have that clean ones lack.
     ///
     /// # Errors
@@ -104,10 +96,16 @@ impl Engine {
         base: &Base,
         options: &Options,
     ) -> Result<Report> {
-        match self {
+        let given = base.torque;
+        let base = &match clean {
+            Some(clean) => Base { torque: clean_base::fitted(clean, base), ..base.clone() },
+            None => base.clone(),
+        };
+        let report = match self {
             Self::Rules => investigate(runs, clean, base, options),
             Self::Likelihood { level } => likelihood::investigate(runs, clean, base, options, level),
-        }
+        }?;
+        Ok(report.about(given))
     }
 }
 
@@ -250,14 +248,15 @@ fn answer(context: &Context, request: &Request<'_>) -> Result<Answer> {
         (None, None) => field_base(context, robot, logs, mass)?,
     };
     let raw = Runs::raw(context, robot, logs, mass, &named)?;
-    let rows = request.engine.rows();
-    let mut runs = Runs::condition_to(&chassis, raw.clone(), rows)?;
     let raw_clean = match (&simulator, &clean_logs[..]) {
         (Some(simulator), _) => Some(simulator.raw.clone()),
         (None, []) => None,
         (None, files) => Some(Runs::raw(context, robot, files, mass, &named)?),
     };
-    let mut clean = raw_clean.clone().map(|raw| Runs::condition_to(&chassis, raw, rows)).transpose()?;
+    // The base is one of filtered speeds; without clean runs nothing makes it one of others.
+    let rows = if raw_clean.is_some() { Rows::Before } else { Rows::Behind };
+    let mut runs = Runs::condition_to(&chassis, raw.clone(), rows)?;
+    let mut clean = raw_clean.clone().map(|raw| runs.condition_alike(&chassis, raw)).transpose()?;
     if let (Some(simulator), Some(clean)) = (&simulator, &clean) {
         simulator.check_rate(&runs, clean)?;
     }

@@ -55,9 +55,11 @@ pub enum Rows {
 
 /// Cutoffs, Hz.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Cutoffs {
-    speed: f64,
-    power: f64,
+pub struct Cutoffs {
+    /// Of the filter that the speeds pass before the model.
+    pub speed: f64,
+    /// Of the filter that the power has passed.
+    pub power: f64,
 }
 
 impl Rows {
@@ -98,8 +100,8 @@ pub struct Runs {
     pub period_s: f64,
     /// How the filter of the speeds shows what is switched.
     pub step: Step,
-    /// Cutoff of the filter that the power has passed, Hz.
-    pub cutoff_hz: f64,
+    /// What speeds and power have passed.
+    pub cutoffs: Cutoffs,
     /// The filter that power passes after the model, where rows are [before](Rows::Before) it.
     pub smoothing: Option<LowPass<f64>>,
 }
@@ -162,6 +164,25 @@ impl Runs {
     /// # Errors
     /// As [`read`](Self::read).
     pub fn condition_to(chassis: &Chassis, raw: Vec<RawRun>, rows: Rows) -> Result<Self> {
+        let Some(first) = raw.first() else { return Err(Error::usage("no log was given")) };
+        // A log that is too slow for the robot's filter is refused, whichever filter it passes here.
+        Conditioner::of_log(chassis, Path::new(&first.name), first.period_s)?;
+        let cutoffs = rows.cutoffs(first.period_s, chassis.cutoff_hz());
+        let stride = rows.stride(first.period_s, cutoffs.speed);
+        Self::conditioned(chassis, raw, cutoffs, stride)
+    }
+
+    /// Conditions further runs as these are, with rows as far apart.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn condition_alike(&self, chassis: &Chassis, raw: Vec<RawRun>) -> Result<Self> {
+        let Some(first) = raw.first() else { return Err(Error::usage("no log was given")) };
+        let stride = (self.period_s / first.period_s).round().max(1.0) as usize;
+        Self::conditioned(chassis, raw, self.cutoffs, stride)
+    }
+
+    fn conditioned(chassis: &Chassis, raw: Vec<RawRun>, cutoffs: Cutoffs, stride: usize) -> Result<Self> {
         let mut columns: Vec<String> = Vec::new();
         let mut seen: HashSet<&str> = HashSet::new();
         for name in raw.iter().flat_map(|run| &run.columns) {
@@ -171,16 +192,11 @@ impl Runs {
         }
         let Some(first) = raw.first() else { return Err(Error::usage("no log was given")) };
         let (first_name, period) = (first.name.clone(), first.period_s);
-        // A log that is too slow for the robot's filter is refused, whichever filter it passes here.
-        Conditioner::of_log(chassis, Path::new(&first_name), period)?;
-        let Cutoffs { speed, power } = rows.cutoffs(period, chassis.cutoff_hz());
-        let stride = rows.stride(period, speed);
+        let Cutoffs { speed, power } = cutoffs;
         let fast = chassis.with_cutoff(speed);
         let row_period = period * stride as f64;
-        let smoothing = match rows {
-            Rows::Behind => None,
-            Rows::Before => Some(conditioned::filter(power, row_period, &first_name)?),
-        };
+        let smoothing = (power < speed).then(|| conditioned::filter(power, row_period, &first_name));
+        let smoothing = smoothing.transpose()?;
         let mut runs = Vec::new();
         for run in raw {
             if (run.period_s / period - 1.0).abs() > SAME_PERIOD {
@@ -203,7 +219,7 @@ impl Runs {
             runs,
             period_s: row_period,
             step: Step::new(&conditioned::filter(speed, period, &first_name)?, period),
-            cutoff_hz: power,
+            cutoffs,
             smoothing,
         })
     }
@@ -231,7 +247,7 @@ impl Runs {
             runs,
             period_s: self.period_s,
             step: self.step.clone(),
-            cutoff_hz: self.cutoff_hz,
+            cutoffs: self.cutoffs,
             smoothing: self.smoothing,
         }
     }

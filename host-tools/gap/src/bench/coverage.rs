@@ -2,7 +2,7 @@
 
 use indicatif::ProgressBar;
 use logs::robot::Robot;
-use logs::runs::{RawRun, Rows, Runs};
+use logs::runs::RawRun;
 use model::effects::written::{self, Written};
 use model_core::coefficients::Coefficients;
 use model_core::effects::live::{Live, Outside};
@@ -16,7 +16,7 @@ use support::error::{Error, Result};
 use super::sets;
 use super::{Case, columns};
 use crate::extension;
-use crate::investigate::investigate;
+use crate::workflow::Engine;
 use residuals::types::Options;
 
 /// Windows of this length, one after the other, s: those of the paper.
@@ -57,11 +57,12 @@ pub fn run(robot: &Robot, cases: &[Case], bar: &ProgressBar) -> Result<Vec<Cover
 
 fn one(robot: &Robot, case: &Case) -> Result<Option<Covered>> {
     let columns = columns(case);
-    let clean = sets::clean(robot, case.seed, case.noise.noise, columns, Rows::Behind)?;
+    let clean = sets::clean(robot, case.seed, case.noise.noise, columns)?;
     let effects = case.scaled()?;
     let field = sets::field(&effects, case.noise.noise);
-    let runs = Runs::condition(&clean.runs.robot, sets::record(&field.field(case.seed), columns)?)?;
-    let report = investigate(&runs, Some(&clean.runs), &clean.base, &Options::default())?;
+    let runs =
+        clean.runs.condition_alike(&clean.runs.robot, sets::record(&field.field(case.seed), columns)?)?;
+    let report = Engine::Rules.investigate(&runs, Some(&clean.runs), &clean.base, &Options::default())?;
     let (written, kept) = extension::written(&report);
     let Some(worth) = extension::of(&runs, &report, &kept, &clean.noise) else { return Ok(None) };
     let written: Vec<Written> = written.into_iter().flatten().collect();

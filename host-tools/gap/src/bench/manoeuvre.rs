@@ -3,7 +3,7 @@
 
 use indicatif::ProgressBar;
 use logs::robot::Robot;
-use logs::runs::{RawRun, Rows, Runs};
+use logs::runs::{RawRun, Runs};
 use plant::effects::Effect;
 use plant::{PayloadSchedule, Profile, Scenario};
 use support::error::Result;
@@ -11,8 +11,8 @@ use support::error::Result;
 use super::super::manoeuvre::{Suggestion, Wish, suggest};
 use super::sets::{self, Clean};
 use super::{Case, columns};
-use crate::investigate::investigate;
 use crate::report::Report;
+use crate::workflow::Engine;
 use residuals::thresholds::manoeuvre::RUNS;
 use residuals::types::{Options, Verdict};
 
@@ -61,7 +61,7 @@ pub fn run(robot: &Robot, cases: &[Case], bar: &ProgressBar) -> Result<Vec<Parte
 /// As [`run`].
 pub fn one(robot: &Robot, case: &Case) -> Result<Option<Parted>> {
     let columns = columns(case);
-    let mut clean = sets::clean(robot, case.seed, case.noise.noise, columns, Rows::Behind)?;
+    let mut clean = sets::clean(robot, case.seed, case.noise.noise, columns)?;
     let effects = case.scaled()?;
     let case = Case { effects, ..case.clone() };
     let scenarios = sets::field(&case.effects, case.noise.noise).field(case.seed);
@@ -84,7 +84,7 @@ pub fn one(robot: &Robot, case: &Case) -> Result<Option<Parted>> {
         });
         let reference: Vec<Scenario> = reference.collect();
         if !reference.is_empty() {
-            let more = Runs::condition(&clean.runs.robot, sets::record(&reference, columns)?)?;
+            let more = clean.runs.condition_alike(&clean.runs.robot, sets::record(&reference, columns)?)?;
             clean.runs.runs.extend(more.runs);
         }
         let further = sets::record(&driven, columns)?;
@@ -97,9 +97,9 @@ pub fn one(robot: &Robot, case: &Case) -> Result<Option<Parted>> {
 }
 
 fn look(clean: &Clean, raw: &[RawRun], case: &Case) -> Result<(Runs, Report)> {
-    let runs = Runs::condition(&clean.runs.robot, raw.to_vec())?;
+    let runs = clean.runs.condition_alike(&clean.runs.robot, raw.to_vec())?;
     let options = Options { removed: case.removed.clone(), ..Options::default() };
-    let report = investigate(&runs, Some(&clean.runs), &clean.base, &options)?;
+    let report = Engine::Rules.investigate(&runs, Some(&clean.runs), &clean.base, &options)?;
     Ok((runs, report))
 }
 

@@ -9,7 +9,6 @@ use std::time::Instant;
 
 use indicatif::ProgressBar;
 use logs::robot::Robot;
-use logs::runs::Runs;
 use model::effects::ENTRIES;
 use plant::effects::Effect;
 use rayon::prelude::*;
@@ -158,10 +157,10 @@ fn all<T: Send>(
 /// As [`run`].
 pub fn one(robot: &Robot, case: &Case, engine: Engine) -> Result<Outcome> {
     let columns = columns(case);
-    let clean = sets::clean(robot, case.seed, case.noise.noise, columns, engine.rows())?;
+    let clean = sets::clean(robot, case.seed, case.noise.noise, columns)?;
     let effects = case.scaled()?;
     let raw = sets::record(&sets::field(&effects, case.noise.noise).field(case.seed), columns)?;
-    let runs = Runs::condition_to(&clean.runs.robot, raw, engine.rows())?;
+    let runs = clean.runs.condition_alike(&clean.runs.robot, raw)?;
     let options = Options { removed: case.removed.clone(), ..Options::default() };
     let started = Instant::now();
     let report = engine.investigate(&runs, Some(&clean.runs), &clean.base, &options)?;

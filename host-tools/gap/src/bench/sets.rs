@@ -101,7 +101,7 @@ pub struct Clean {
 ///
 /// # Errors
 /// What plant and fit refuse.
-pub fn clean(robot: &Robot, seed: u64, noise: Noise, columns: &[&str], rows: Rows) -> Result<Clean> {
+pub fn clean(robot: &Robot, seed: u64, noise: Noise, columns: &[&str]) -> Result<Clean> {
     let chassis = robot.chassis(CUTOFF_HZ)?;
     let raw = record(&field(&[], noise).base(seed), columns)?;
     let mut dataset = Dataset::empty(chassis.clone(), Gate::Signed);
@@ -136,7 +136,7 @@ pub fn clean(robot: &Robot, seed: u64, noise: Noise, columns: &[&str], rows: Row
         of_simulator: false,
     };
     let noise = fit.noise;
-    Ok(Clean { base, runs: Runs::condition_to(&chassis, raw, rows)?, noise })
+    Ok(Clean { base, runs: Runs::condition_to(&chassis, raw, Rows::Before)?, noise })
 }
 
 /// The effect scaled so that it adds `size` standard deviations of the noise to the power of the

@@ -7,7 +7,6 @@
 //! locked.
 
 pub mod bagged;
-pub mod clean_base;
 pub mod delay;
 pub mod evidence;
 pub mod extended;
@@ -95,8 +94,6 @@ pub fn investigate(
     }
     list.retain(|candidate| !removed.contains(&candidate.id));
     let predictor = Predictor { clean_delay, ..Predictor::new(&all, base.drive) };
-    let given = base.torque;
-    let base = &Base { torque: clean_base::fitted(&predictor, given, parameters), ..base.clone() };
     let free = anywhere(&all);
     let asked = Asked {
         predictor,
@@ -178,9 +175,8 @@ pub fn investigate(
         localisation,
         residuals: (before, verdict.stands().then_some(after)),
         confirmed,
-        // Coefficients for a board keep the base that was fitted as boards ask their model.
-        base: [given; 2],
-        state: State { torque: given, ..state },
+        base: [base.torque; 2],
+        state,
         covariance: joined,
         split,
         over_dispersion: None,

@@ -64,14 +64,6 @@ pub const MOST_TIMES: f64 = 30.0;
 /// Most of a switch of rolling resistance, times that of the base, as `thresholds::detect`.
 pub use residuals::thresholds::detect::{MOST_ROLLING, RUN_ENDS};
 
-/// Steps in which the base is fitted anew, at most. Chosen: Gauss and Newton settle in a few.
-pub const BASE_STEPS: usize = 12;
-/// A step that lowers the squares by less than this share is the last. Derived: some 7,000 rows tell
-/// of less than a hundredth of a standard error then.
-pub const BASE_SETTLED: f64 = 1e-6;
-/// Share of the diagonal by which the first step is held back. Chosen: small.
-pub const BASE_HELD: f64 = 1e-3;
-
 /// Order of the autoregression, kept rows. As the rules' own.
 pub use residuals::thresholds::noise::ORDER;
 /// Rows that are kept per period of the filter's cutoff. Derived: the filter passes next to

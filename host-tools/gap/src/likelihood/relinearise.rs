@@ -82,7 +82,7 @@ pub fn about(posed: &Posed<'_>, scales: &Scales, way: &Way, start: &[f64]) -> Op
 /// The likeliest delay of a grid, what differs between runs left aside: steps lead from it to the
 /// likeliest of all.
 pub fn delay(posed: &Posed<'_>, scales: &Scales, (low, high): (f64, f64)) -> f64 {
-    let step = (DELAY_STEPS * posed.predictor.runs.cutoff_hz).recip();
+    let step = (DELAY_STEPS * posed.predictor.runs.cutoffs.power).recip();
     let count = (high / step) as i32;
     let powers: Vec<Vec<f64>> =
         (0..posed.runs.len()).map(|run| posed.predicted.power(run, &posed.start)).collect();

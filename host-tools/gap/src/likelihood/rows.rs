@@ -44,7 +44,7 @@ impl Kept {
 
 /// Of all runs.
 pub fn kept(runs: &Runs) -> Vec<Kept> {
-    let wanted = ROWS_PER_CUTOFF * runs.cutoff_hz;
+    let wanted = ROWS_PER_CUTOFF * runs.cutoffs.power;
     let stride = (1.0 / (runs.period_s * wanted)).round().max(1.0) as usize;
     runs.runs.iter().map(|run| Kept::of(run.rows.iter().map(|row| row.starts), stride)).collect()
 }

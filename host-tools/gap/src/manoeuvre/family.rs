@@ -170,7 +170,7 @@ mod tests {
     use logs::motions::Step;
     use logs::robot::Robot;
     use logs::robot::chassis::Chassis;
-    use logs::runs::Runs;
+    use logs::runs::{Cutoffs, Runs};
 
     use super::super::super::bench::sets::CUTOFF_HZ;
     use super::*;
@@ -183,8 +183,9 @@ mod tests {
         let robot = Robot::parse(ROBOT).unwrap();
         let core = robot.core::<2>(CUTOFF_HZ).unwrap();
         let (columns, runs, step) = (Vec::new(), Vec::new(), Step::default());
-        let (chassis, cutoff_hz) = (Chassis::new(&core), core.cutoff_hz);
-        let runs = Runs { robot: chassis, columns, runs, period_s: 0.1, step, cutoff_hz, smoothing: None };
+        let (chassis, cutoff) = (Chassis::new(&core), core.cutoff_hz);
+        let cutoffs = Cutoffs { speed: cutoff, power: cutoff };
+        let runs = Runs { robot: chassis, columns, runs, period_s: 0.1, step, cutoffs, smoothing: None };
         Limits::new(&robot, &runs)
     }
 

@@ -36,7 +36,7 @@ pub fn planned(field: &Runs, knots: &Knots, limits: &Limits, masses: &[f64]) -> 
     // Rows as far apart as the whitener's.
     let divisor = (1..=8)
         .map(f64::from)
-        .find(|divisor| field.period_s / divisor * SAMPLES_PER_CUTOFF * field.robot.cutoff_hz() <= 1.0)
+        .find(|divisor| field.period_s / divisor * SAMPLES_PER_CUTOFF * field.cutoffs.speed <= 1.0)
         .unwrap_or(8.0);
     let period_s = field.period_s / divisor;
     let wheels = field.robot.wheels();
@@ -51,7 +51,7 @@ pub fn planned(field: &Runs, knots: &Knots, limits: &Limits, masses: &[f64]) -> 
     };
     // The slip of a planned drive is unknown: it has none.
     let conditioning = Conditioning { true_slip: 0.0, ..*field.robot.conditioning() };
-    Runs::condition(&field.robot.with_conditioning(conditioning), masses.iter().map(run).collect())
+    field.condition_alike(&field.robot.with_conditioning(conditioning), masses.iter().map(run).collect())
 }
 
 /// Whether a drive can show this hypothesis: the values of other columns cannot be foreseen.

@@ -96,6 +96,18 @@ pub struct Basis {
 }
 
 impl Report {
+    /// About another base, which moves by as much. Coefficients for a board keep the base that was
+    /// fitted as boards ask their model.
+    #[must_use]
+    pub fn about(mut self, given: TorqueModel<f64>) -> Self {
+        let [before, after] = self.base.map(|torque| torque.to_array());
+        let given_values = given.to_array();
+        let moved = std::array::from_fn(|k| given_values[k] + after[k] - before[k]);
+        self.base = [given, given.with_array(moved)];
+        self.state.torque = self.base[1];
+        self
+    }
+
     /// Whether the logs hold power only.
     pub fn is_power_only(&self) -> bool {
         self.basis.is_none()

@@ -17,7 +17,7 @@ pub(crate) fn cost_of_a_time(runs: usize) -> f64 {
 
 impl Problem<'_> {
     /// Refines the times of the last effect's steps, run by run. Runs without a step are searched,
-    /// too: steps of other runs may have hidden theirs.
+    /// too: steps of other runs may have hidden theirs. No step moves to where none is looked for.
     pub fn sharpen_times(&self, fitted: &mut Fitted) {
         let Some((Regressor::Switch(what, times), _)) = fitted.state.effects.last().cloned() else {
             return;
@@ -41,7 +41,7 @@ impl Problem<'_> {
                 }
                 for by in TIME_STEPS_S.into_iter().flat_map(|step| [-step, step]) {
                     let at = search.times[run] + by;
-                    moved |= (0.0..end).contains(&at) && search.moves(run, at, 0.0);
+                    moved |= inside.contains(&at) && search.moves(run, at, 0.0);
                 }
             }
             times = search.times;
