@@ -133,14 +133,17 @@ impl Scales {
     }
 }
 
-/// What each field run adds to a value of sums over runs: that of all less that without it.
+/// What each field run adds to a value of sums over runs: that of all less that without it. What
+/// is of single runs alone, more columns of a longer one, has no sum.
 fn each_run(
     posed: &Posed<'_>,
     runs: &[Marginal],
     value: impl Fn(&Totals) -> Option<f64> + Sync,
 ) -> Option<Vec<f64>> {
+    let size = posed.mass_column();
+    let cut: Vec<Marginal> = runs.iter().map(|run| run.cut(size.min(run.products.ncols()))).collect();
     let without = |left_out: Option<usize>| {
-        let kept = runs.iter().enumerate().filter(|(run, _)| Some(*run) != left_out);
+        let kept = cut.iter().enumerate().filter(|(run, _)| Some(*run) != left_out);
         value(&Totals::of(posed.shape, kept.map(|(run, marginal)| (posed.is_field(run), marginal))))
     };
     let all = without(None)?;

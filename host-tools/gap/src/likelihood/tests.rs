@@ -170,6 +170,19 @@ fn base(torque: TorqueModel<f64>) -> Base {
     }
 }
 
+/// A run of a quarter of a minute has fewer columns of its own than the others.
+#[test]
+fn runs_may_be_of_any_length() {
+    let mut normal = Normal(12);
+    let clean = runs(6, &[], &mut normal);
+    let mut field = runs(6, &[(Regressor::Term(Term::Drag(0)), 0.03)], &mut normal);
+    let short: Vec<Row> = field.runs[0].rows.iter().take(300).copied().collect();
+    field.runs[0].rows = short.into();
+    let base = base(TorqueModel::from_array(TORQUE));
+    let report = investigate(&field, Some(&clean), &base, &Options::default(), LEVEL).unwrap();
+    assert_eq!(report.effects[0].candidate.id.as_str(), "wheel-drag");
+}
+
 /// A drag of 0.03 N·m on the left wheel: its posterior leads, its size is right to 10 %, and the
 /// runs confirm it of each other.
 #[test]
