@@ -28,7 +28,7 @@ pub fn fitted(clean: &Runs, base: &Base) -> TorqueModel<f64> {
     let start = DVector::from_column_slice(&start[..parameters]);
     let problem = Problem { predictor, start: base.torque };
     let tolerances = Tolerances { steps: STEPS, cost_share: SETTLED, ..Tolerances::default() };
-    problem.torque(&descend(&problem, &start, &Bounds::none(&start), &tolerances).parameters)
+    problem.torque(&descend(&problem, &start, &Bounds::non_negative(&start), &tolerances).parameters)
 }
 
 struct Problem<'a> {
