@@ -14,6 +14,15 @@ use crate::{job, printable, temporary};
 /// # Errors
 /// What `write` or the operating system reports; the old file, if any, is then still there.
 pub fn write_whole<T>(file: &Path, write: impl FnOnce(&mut dyn Write) -> Result<T>) -> Result<T> {
+    let (mut write, mut written) = (Some(write), None);
+    write_once(file, &mut |to| {
+        written = write.take().map(|write| write(to)).transpose()?;
+        Ok(())
+    })?;
+    Ok(written.expect("written, or refused"))
+}
+
+fn write_once(file: &Path, write: &mut dyn FnMut(&mut dyn Write) -> Result<()>) -> Result<()> {
     let refused = |error: io::Error| Error::io(file, &error);
     // A link keeps pointing at its file. A device or a pipe has no content to keep, and no file may
     // take its place.
@@ -24,14 +33,10 @@ pub fn write_whole<T>(file: &Path, write: impl FnOnce(&mut dyn Write) -> Result<
     }
     let folder = folder_of(&target).map_err(|error| error.in_file(file))?;
     let (mut temporary, _known) = temporary::file_in(folder).map_err(refused)?;
-    let written = {
-        let mut buffered = io::BufWriter::new(temporary.as_file_mut());
-        let written = write(&mut buffered)?;
-        buffered.flush().map_err(refused)?;
-        written
-    };
-    temporary.persist(&target).map_err(|error| refused(error.error))?;
-    Ok(written)
+    let mut buffered = io::BufWriter::new(temporary.as_file_mut());
+    write(&mut buffered)?;
+    buffered.into_inner().map_err(|error| refused(error.into_error()))?;
+    temporary.persist(&target).map(drop).map_err(|error| refused(error.error))
 }
 
 /// [`write_whole`] of content that is there already.
@@ -128,10 +133,7 @@ impl Identity {
 /// # Errors
 /// There is no such folder.
 pub fn folder_of(file: &Path) -> Result<&Path> {
-    let folder = match file.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
+    let folder = file.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
     if folder.is_dir() {
         return Ok(folder);
     }
@@ -145,10 +147,7 @@ pub fn folder_of(file: &Path) -> Result<&Path> {
 /// Says how much there is.
 #[cfg(unix)]
 pub fn check_room(file: &Path, bytes: u64) -> Result<()> {
-    let folder = match file.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
-    };
+    let folder = file.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
     // A file system that does not tell has to be tried.
     let Ok(space) = rustix::fs::statvfs(folder) else { return Ok(()) };
     let room = space.f_bavail.saturating_mul(space.f_frsize);
