@@ -114,7 +114,7 @@ impl DriveReader {
     /// # Errors
     /// As [`LogReader::open`]; the log has more or fewer wheels than the robot; accelerations of
     /// some wheels only; steps of time that cannot be seconds.
-    pub fn open(context: &Context, path: impl AsRef<Path>, robot: &Robot) -> Result<Self> {
+    pub fn open(context: &Context, path: &Path, robot: &Robot) -> Result<Self> {
         Self::open_with(context, path, robot, &[])
     }
 
@@ -123,12 +123,7 @@ impl DriveReader {
     ///
     /// # Errors
     /// As [`open`](Self::open); an extra column is missing.
-    pub fn open_with(
-        context: &Context,
-        path: impl AsRef<Path>,
-        robot: &Robot,
-        extra: &[&str],
-    ) -> Result<Self> {
+    pub fn open_with(context: &Context, path: &Path, robot: &Robot, extra: &[&str]) -> Result<Self> {
         Self::of(Header::open(context, path)?, robot, extra)
     }
 

@@ -30,11 +30,11 @@ impl Header {
     /// # Errors
     /// The file does not exist or is a folder, is empty, is no UTF-8 text, has no comma-separated
     /// header or names a column twice.
-    pub fn open(context: &Context, path: impl AsRef<Path>) -> Result<Self> {
-        if let Some(rows) = foreign::open(context, path.as_ref())? {
-            return Self::of_columns(Columnar::of_file(context, path.as_ref(), rows));
+    pub fn open(context: &Context, path: &Path) -> Result<Self> {
+        if let Some(rows) = foreign::open(context, path)? {
+            return Self::of_columns(Columnar::of_file(context, path, rows));
         }
-        let mut source = Source::open(context, path.as_ref())?;
+        let mut source = Source::open(context, path)?;
         let columns = match source.next_line()? {
             Line::End => {
                 Err(Error::failed("is empty; expected a run log: a CSV header and at least two rows"))

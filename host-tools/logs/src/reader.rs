@@ -87,7 +87,7 @@ impl LogReader {
     ///
     /// # Errors
     /// As [`Header::open`] and [`Header::read`].
-    pub fn open(context: &Context, path: impl AsRef<Path>, requests: &[ColumnRequest]) -> Result<Self> {
+    pub fn open(context: &Context, path: &Path, requests: &[ColumnRequest]) -> Result<Self> {
         Header::open(context, path)?.read(requests)
     }
 

@@ -81,7 +81,7 @@ impl SampleReader {
     ///
     /// # Errors
     /// As [`DriveReader::open`].
-    pub fn open(context: &Context, path: impl AsRef<Path>, robot: &Robot) -> Result<Self> {
+    pub fn open(context: &Context, path: &Path, robot: &Robot) -> Result<Self> {
         Self::open_with(context, path, robot, &[])
     }
 
@@ -89,12 +89,7 @@ impl SampleReader {
     ///
     /// # Errors
     /// As [`DriveReader::open_with`].
-    pub fn open_with(
-        context: &Context,
-        path: impl AsRef<Path>,
-        robot: &Robot,
-        columns: &[&str],
-    ) -> Result<Self> {
+    pub fn open_with(context: &Context, path: &Path, robot: &Robot, columns: &[&str]) -> Result<Self> {
         Self::of(Header::open(context, path)?, robot, columns)
     }
 

@@ -196,7 +196,7 @@ fn paths_that_are_no_file_say_so() {
     let error = Header::open(&Context::default(), folder.path()).err().unwrap().to_string();
     assert!(error.contains("is a folder; expected a run log"), "{error}");
     let error =
-        Header::open(&Context::default(), folder.path().join("absent.csv")).err().unwrap().to_string();
+        Header::open(&Context::default(), &folder.path().join("absent.csv")).err().unwrap().to_string();
     assert!(error.contains("absent.csv: No such file"), "{error}");
 }
 
