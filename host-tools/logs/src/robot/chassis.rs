@@ -2,6 +2,7 @@
 
 use std::any::Any;
 use std::ops::Deref;
+use std::sync::Arc;
 
 use model_core::coefficients::{MOST_WHEELS, Robot as CoreRobot};
 use model_core::conditioning::Conditioning;
@@ -15,17 +16,17 @@ use nalgebra::DMatrix;
 #[derive(Debug, Clone, PartialEq)]
 pub enum Chassis {
     /// With one wheel.
-    One(Box<CoreRobot<f64, 1>>),
+    One(Arc<CoreRobot<f64, 1>>),
     /// With two.
-    Two(Box<CoreRobot<f64, 2>>),
+    Two(Arc<CoreRobot<f64, 2>>),
     /// With three.
-    Three(Box<CoreRobot<f64, 3>>),
+    Three(Arc<CoreRobot<f64, 3>>),
     /// With four.
-    Four(Box<CoreRobot<f64, 4>>),
+    Four(Arc<CoreRobot<f64, 4>>),
     /// With five.
-    Five(Box<CoreRobot<f64, 5>>),
+    Five(Arc<CoreRobot<f64, 5>>),
     /// With six.
-    Six(Box<CoreRobot<f64, 6>>),
+    Six(Arc<CoreRobot<f64, 6>>),
 }
 
 /// What to do with the robot of a [`Chassis`], whose number of wheels is known in there.
@@ -49,8 +50,8 @@ impl Chassis {
     /// # Panics
     /// If it has none, or more than six.
     pub fn new<const N: usize>(core: &CoreRobot<f64, N>) -> Self {
-        fn of<T: Clone + 'static>(core: &dyn Any) -> Option<Box<T>> {
-            core.downcast_ref::<T>().cloned().map(Box::new)
+        fn of<T: Clone + 'static>(core: &dyn Any) -> Option<Arc<T>> {
+            core.downcast_ref::<T>().cloned().map(Arc::new)
         }
         let core: &dyn Any = core;
         let chassis = of(core).map(Self::One).or_else(|| of(core).map(Self::Two));
@@ -72,7 +73,7 @@ impl Chassis {
     #[must_use]
     pub fn with_conditioning(&self, conditioning: Conditioning<f64>) -> Self {
         let mut other = self.clone();
-        with_core!(&mut other, core => core.conditioning = conditioning);
+        with_core!(&mut other, core => Arc::make_mut(core).conditioning = conditioning);
         other
     }
 
@@ -80,7 +81,7 @@ impl Chassis {
     #[must_use]
     pub fn with_cutoff(&self, cutoff_hz: f64) -> Self {
         let mut other = self.clone();
-        with_core!(&mut other, core => core.cutoff_hz = cutoff_hz);
+        with_core!(&mut other, core => Arc::make_mut(core).cutoff_hz = cutoff_hz);
         other
     }
 
