@@ -85,30 +85,16 @@ impl Robot {
         with_wheels!(self, chassis(self, cutoff_hz))
     }
 
-    fn core_here<const N: usize>(&self, cutoff_hz: f64) -> Result<CoreRobot<f64, N>> {
-        assert_eq!(self.wheels(), N, "as many wheels as the robot has");
-        let invalid = |error: InvalidLength| {
-            Error::failed(format!("robot {}: {} has to be finite and above zero", self.name(), error.name))
-        };
-        let kinematics = self.kinematics::<N>().map_err(invalid)?;
-        let range = MassRange::new(self.mass_no_load_kg, self.mass_full_load_kg).ok_or_else(|| {
+    fn invalid(&self, error: InvalidLength) -> Error {
+        Error::failed(format!("robot {}: {} has to be finite and above zero", self.name(), error.name))
+    }
+
+    fn mass_range(&self) -> Result<MassRange<f64>> {
+        let (name, least, most) = (self.name(), self.mass_no_load_kg, self.mass_full_load_kg);
+        MassRange::new(least, most).ok_or_else(|| {
             Error::failed(format!(
-                "robot {}: expected 0 < mass_no_load_kg < mass_full_load_kg, found {} and {}",
-                self.name(),
-                self.mass_no_load_kg,
-                self.mass_full_load_kg
+                "robot {name}: expected 0 < mass_no_load_kg < mass_full_load_kg, found {least} and {most}"
             ))
-        })?;
-        Ok(CoreRobot {
-            name: Name::new(self.name()),
-            kinematics,
-            gyration_radius: self.gyration_radius_m,
-            mass_matrix: kinematics.mass_matrix(self.gyration_radius_m).map_err(invalid)?,
-            dead_band: self.speed_dead_band_rad_s,
-            cutoff_hz,
-            conditioning: Conditioning::PLAIN,
-            range,
-            static_power: self.static_power_w.unwrap_or(0.0),
         })
     }
 
@@ -121,12 +107,16 @@ impl Robot {
     }
 
     fn kinematics<const N: usize>(&self) -> std::result::Result<Kinematics<f64, N>, InvalidLength> {
-        // Rows of the fixed-size kinematics, given back as those of N wheels: the sizes are equal,
-        // or `core` has panicked.
-        fn rows<const M: usize, const N: usize>(kinematics: &Kinematics<f64, M>) -> [[f64; N]; 3] {
-            kinematics.rows().map(|row| std::array::from_fn(|wheel| row[wheel]))
+        let rows = self.rows()?.map(|row| std::array::from_fn(|wheel| row[wheel]));
+        let scrubs = matches!(self.geometry, Geometry::SkidSteer { .. });
+        Ok(Kinematics::from_rows(rows)?.with_scrub(scrubs))
+    }
+
+    fn rows(&self) -> std::result::Result<[Vec<f64>; 3], InvalidLength> {
+        fn rows<const N: usize>(kinematics: &Kinematics<f64, N>) -> [Vec<f64>; 3] {
+            kinematics.rows().map(|row| row.to_vec())
         }
-        let rows = match &self.geometry {
+        Ok(match &self.geometry {
             Geometry::DifferentialDrive { wheel_radius_m, track_m }
             | Geometry::SkidSteer { wheel_radius_m, track_m, wheels: 2 } => {
                 rows(&Kinematics::differential(*wheel_radius_m, *track_m)?)
@@ -140,13 +130,11 @@ impl Robot {
             Geometry::FourMecanum { wheel_radius_m, half_length_m, half_width_m } => {
                 rows(&Kinematics::mecanum(*wheel_radius_m, *half_length_m, *half_width_m)?)
             }
-            Geometry::Matrix { rows: given, .. } => {
-                let row = |index: usize| std::array::from_fn(|wheel| given[index][wheel]);
-                if given.len() == 2 { [row(0), [0.0; N], row(1)] } else { [row(0), row(1), row(2)] }
-            }
-        };
-        let scrubs = matches!(self.geometry, Geometry::SkidSteer { .. });
-        Ok(Kinematics::from_rows(rows)?.with_scrub(scrubs))
+            Geometry::Matrix { rows: given, .. } => match &given[..] {
+                [ahead, turn] => [ahead.clone(), vec![0.0; ahead.len()], turn.clone()],
+                given => [0, 1, 2].map(|row| given[row].clone()),
+            },
+        })
     }
 }
 
@@ -155,7 +143,21 @@ compiled_here! {
 }
 
 fn core_here<const N: usize>(robot: &Robot, cutoff_hz: f64) -> Result<CoreRobot<f64, N>> {
-    robot.core_here(cutoff_hz)
+    assert_eq!(robot.wheels(), N, "as many wheels as the robot has");
+    let invalid = |error| robot.invalid(error);
+    let kinematics = robot.kinematics::<N>().map_err(invalid)?;
+    let range = robot.mass_range()?;
+    Ok(CoreRobot {
+        name: Name::new(robot.name()),
+        kinematics,
+        gyration_radius: robot.gyration_radius_m,
+        mass_matrix: kinematics.mass_matrix(robot.gyration_radius_m).map_err(invalid)?,
+        dead_band: robot.speed_dead_band_rad_s,
+        cutoff_hz,
+        conditioning: Conditioning::PLAIN,
+        range,
+        static_power: robot.static_power_w.unwrap_or(0.0),
+    })
 }
 
 fn inverse<const N: usize>(robot: &Robot) -> Result<Option<DMatrix<f64>>> {
