@@ -49,13 +49,16 @@ pub fn least_squares<T: AsRef<[f64]>>(rows: &[Observation<T>]) -> Option<Vec<f64
         normal.ger(1.0, &x, &x, 1.0);
         right.axpy(*value, &x, 1.0);
     }
-    if normal.iter().chain(&right).any(|sum| !sum.is_finite()) {
+    solution(&normal, &right)
+}
+
+fn solution(normal: &DMatrix<f64>, right: &DVector<f64>) -> Option<Vec<f64>> {
+    if normal.iter().chain(right).any(|sum| !sum.is_finite()) {
         return None;
     }
     let scale = normal.diagonal().map(|square| if square > 0.0 { 1.0 / square.sqrt() } else { 0.0 });
-    let scaled = DMatrix::from_fn(count, count, |i, j| normal[(i, j)] * scale[i] * scale[j]);
-    let solution = scaled.pseudo_inverse(1e-10).ok()? * right.component_mul(&scale);
-    let solution = solution.component_mul(&scale);
+    let scaled = DMatrix::from_fn(right.len(), right.len(), |i, j| normal[(i, j)] * scale[i] * scale[j]);
+    let solution = (scaled.pseudo_inverse(1e-10).ok()? * right.component_mul(&scale)).component_mul(&scale);
     solution.iter().all(|value| value.is_finite()).then(|| solution.as_slice().to_vec())
 }
 
