@@ -246,6 +246,8 @@ impl<const N: usize> Latest<N> {
         Estimated { measured: self.now.as_ref().map(|now| now.power), mass, power, closed, changed }
     }
 
+    // Inlined, a copy without effects would stand beside this one.
+    #[inline(never)]
     fn power_at(&self, live: Option<&Live<f64, N>>, mass_kg: f64) -> Option<f64> {
         let now = self.now.as_ref()?;
         let Coefficients { robot, model, .. } = &self.coefficients;
