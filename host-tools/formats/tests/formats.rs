@@ -71,11 +71,11 @@ fn the_same_drive_in_every_format_has_the_same_numbers() {
         [("drive.mcap", &ros), ("second.mcap", &ros), ("drive.db3", &ros), ("drive.ulg", &px4)]
     {
         let bag = Bag::open(&data(file), false).unwrap();
-        let (found, merged) = rows(&bag, request).unwrap();
-        assert_eq!((found.len(), merged.ending), (expected.len(), Ending::Whole), "{file}");
-        for (found, expected) in found.iter().zip(&expected) {
-            assert!((found[0] - expected[0]).abs() < 1e-9, "{file}");
-            assert_eq!(found[1..], expected[1..], "{file}");
+        let (read, merged) = rows(&bag, request).unwrap();
+        assert_eq!((read.len(), merged.ending), (expected.len(), Ending::Whole), "{file}");
+        for (row, expected) in read.iter().zip(&expected) {
+            assert!((row[0] - expected[0]).abs() < 1e-9, "{file}");
+            assert_eq!(row[1..], expected[1..], "{file}");
         }
     }
     let mut table = Table::default();
@@ -84,8 +84,8 @@ fn the_same_drive_in_every_format_has_the_same_numbers() {
     let numbers = |row: &Vec<Cell>| {
         row.iter().map(|cell| if let Cell::Number(x) = cell { *x } else { f64::NAN }).collect()
     };
-    let found: Vec<Vec<f64>> = table.rows.iter().map(numbers).collect();
-    assert_eq!(found, expected);
+    let read: Vec<Vec<f64>> = table.rows.iter().map(numbers).collect();
+    assert_eq!(read, expected);
 }
 
 /// What MCAP's writer in TypeScript leaves (make_third.mjs): with every index, without any, without
@@ -99,11 +99,11 @@ fn the_same_drive_in_every_form_of_mcap_has_the_same_numbers() {
     );
     for file in ["core-zstd.mcap", "core-bare.mcap", "core-plain.mcap", "core-ros1.mcap"] {
         let bag = Bag::open(&data(file), false).unwrap();
-        let (found, merged) = rows(&bag, &ros).unwrap();
-        assert_eq!((found.len(), merged.ending, merged.start_ns), (200, Ending::Whole, START_NS), "{file}");
-        for (found, expected) in found.iter().zip(expected) {
-            assert!((found[0] - expected[0]).abs() < 1e-9, "{file}");
-            assert_eq!(found[1..], expected[1..], "{file}");
+        let (read, merged) = rows(&bag, &ros).unwrap();
+        assert_eq!((read.len(), merged.ending, merged.start_ns), (200, Ending::Whole, START_NS), "{file}");
+        for (row, expected) in read.iter().zip(expected) {
+            assert!((row[0] - expected[0]).abs() < 1e-9, "{file}");
+            assert_eq!(row[1..], expected[1..], "{file}");
         }
     }
 }
@@ -126,18 +126,18 @@ fn the_examples_of_its_makers_are_read() {
         let frame = "/tf:transforms[0]";
         let of = |path: &str| format!("{frame}.{path}");
         let (x, stamp) = (of("transform.translation.x"), of("header.stamp.nanosec"));
-        let (found, merged) = rows(&bag, &request(&[&x, &stamp], &[])).unwrap();
+        let (read, merged) = rows(&bag, &request(&[&x, &stamp], &[])).unwrap();
         // By the element's own stamp: 22 were received together with the one before them.
-        assert_eq!((found.len(), merged.out_of_order), (774, 0), "{file}");
+        assert_eq!((read.len(), merged.out_of_order), (774, 0), "{file}");
         assert_eq!(merged.start_ns, 1_490_149_580_117_017_840, "{file}");
         let sums = |rows: &[Vec<f64>]| [1, 2].map(|place| rows.iter().map(|row| row[place]).sum::<f64>());
-        let [x, stamps] = sums(&found);
+        let [x, stamps] = sums(&read);
         assert!((x - 2968.29).abs() < 1e-9 && stamps == 387_768_142_298.0, "{file}: {x} {stamps}");
         let status = ["/diagnostics:header.seq", "/diagnostics:status[0].level"];
-        let (found, merged) = rows(&bag, &request(&status, &[])).unwrap();
+        let (read, merged) = rows(&bag, &request(&status, &[])).unwrap();
         // By the stamp in their headers.
-        assert_eq!((found.len(), merged.start_ns), (52, 1_490_149_580_113_375_843), "{file}");
-        assert_eq!(sums(&found), [280_907.0, 3.0], "{file}");
+        assert_eq!((read.len(), merged.start_ns), (52, 1_490_149_580_113_375_843), "{file}");
+        assert_eq!(sums(&read), [280_907.0, 3.0], "{file}");
     }
 }
 
@@ -151,7 +151,7 @@ fn makers_folder() -> Option<PathBuf> {
     let home = std::env::var_os("CARGO_HOME").map(PathBuf::from);
     let home = home.or_else(|| std::env::home_dir().map(|home| home.join(".cargo")))?;
     let registries = home.join("registry/src").read_dir().ok()?;
-    let folders = registries.flatten().map(|found| found.path().join(format!("mcap-{version}/tests/data")));
+    let folders = registries.flatten().map(|entry| entry.path().join(format!("mcap-{version}/tests/data")));
     folders.into_iter().find(|folder| folder.is_dir())
 }
 
@@ -161,9 +161,9 @@ fn makers_folder() -> Option<PathBuf> {
 fn other_topics_are_interpolated_and_never_extrapolated() {
     let bag = Bag::open(&data("turtlebot3.mcap"), false).unwrap();
     let wanted = request(&["/joint_states:velocity[wheel_left_joint]"], &["/battery_state:percentage"]);
-    let (found, _) = rows(&bag, &wanted).unwrap();
-    assert_eq!(found.len(), 400);
-    for (place, row) in found.iter().enumerate() {
+    let (read, _) = rows(&bag, &wanted).unwrap();
+    assert_eq!(read.len(), 400);
+    for (place, row) in read.iter().enumerate() {
         if place > 396 {
             assert!(row[2].is_nan(), "{place}");
         } else {
@@ -171,8 +171,8 @@ fn other_topics_are_interpolated_and_never_extrapolated() {
             assert!((row[2] - (0.9 - 1e-4 * place as f64)).abs() < 1e-7, "{place}: {}", row[2]);
         }
     }
-    let (found, _) = rows(&bag, &Request { greatest_gap_s: 0.1, ..wanted }).unwrap();
-    assert!(found.iter().enumerate().all(|(place, row)| row[2].is_nan() == (place % 4 != 0)));
+    let (read, _) = rows(&bag, &Request { greatest_gap_s: 0.1, ..wanted }).unwrap();
+    assert!(read.iter().enumerate().all(|(place, row)| row[2].is_nan() == (place % 4 != 0)));
 }
 
 /// The arm's joints come on the same topic, and make no rows.
@@ -181,8 +181,8 @@ fn other_publishers_of_a_topic_make_no_rows() {
     let bag = Bag::open(&data("husarion.db3"), false).unwrap();
     let joints = bag.topics().iter().position(|topic| topic.name == "/joint_states").unwrap();
     assert!(bag.names(joints).unwrap().contains(&"arm_joint".to_owned()));
-    let (found, merged) = rows(&bag, &request(&["/joint_states:velocity[rr_wheel_joint]"], &[])).unwrap();
-    assert_eq!((found.len(), merged.out_of_order), (400, 0));
+    let (read, merged) = rows(&bag, &request(&["/joint_states:velocity[rr_wheel_joint]"], &[])).unwrap();
+    assert_eq!((read.len(), merged.out_of_order), (400, 0));
 }
 
 /// Receipts of the TurtleBot3's are 20 ms behind its stamps; its commands have no stamp.
@@ -191,8 +191,8 @@ fn the_clock_is_the_stamp_or_the_receipt() {
     let bag = Bag::open(&data("turtlebot3.mcap"), false).unwrap();
     let wanted = request(&["/joint_states:velocity[wheel_left_joint]"], &["/cmd_vel:linear.x"]);
     let late = |clock| {
-        let (found, _) = rows(&bag, &Request { clock, ..wanted.clone() }).unwrap();
-        found.iter().position(|row| !row[2].is_nan()).unwrap()
+        let (read, _) = rows(&bag, &Request { clock, ..wanted.clone() }).unwrap();
+        read.iter().position(|row| !row[2].is_nan()).unwrap()
     };
     assert_eq!((late(Clock::Stamp), late(Clock::Receipt)), (1, 0));
 }
@@ -233,14 +233,14 @@ fn a_cut_file_is_refused_and_its_rest_read_on_request() {
                 assert!(share < 0.5, "{file} {share}");
                 continue;
             };
-            let (found, merged) = rows(&bag, request).unwrap();
-            let expected = &whole[..found.len()];
-            assert!(found.iter().zip(expected).all(|(found, row)| found[1] == row[1]), "{file} {share}");
+            let (read, merged) = rows(&bag, request).unwrap();
+            let expected = &whole[..read.len()];
+            assert!(read.iter().zip(expected).all(|(row, expected)| row[1] == expected[1]), "{file} {share}");
             assert!(share > 0.99 || matches!(merged.ending, Ending::Cut(_)), "{file} {share}");
             assert!(
-                share < 0.5 || found.len() as f64 > (share - 0.35) * whole.len() as f64,
+                share < 0.5 || read.len() as f64 > (share - 0.35) * whole.len() as f64,
                 "{file} {share}: {}",
-                found.len()
+                read.len()
             );
         }
     }
@@ -364,9 +364,9 @@ fn clocks_are_not_mixed() {
         error.starts_with("mixes clocks: messages of /a are stamped, those of /b are timed by their receipt"),
         "{error}"
     );
-    let (found, _) = rows(&bag, &Request { clock: Clock::Receipt, ..wanted }).unwrap();
-    assert_eq!(found.len(), 5);
-    assert_eq!(found[4], [4.0, 1.0, 2.0]);
+    let (read, _) = rows(&bag, &Request { clock: Clock::Receipt, ..wanted }).unwrap();
+    assert_eq!(read.len(), 5);
+    assert_eq!(read[4], [4.0, 1.0, 2.0]);
 }
 
 /// Numbers whose digits are hard, in both formats that are written.
@@ -403,9 +403,9 @@ fn what_is_written_comes_back_bit_for_bit() {
     table::json_topic(&bag, table::topic(&bag).unwrap(), &mut from_mcap).unwrap();
     for table in [from_parquet, from_mcap] {
         assert_eq!(table.columns, columns);
-        for (found, expected) in table.rows.iter().zip(&rows) {
-            for (found, expected) in found.iter().zip(expected) {
-                match (found, expected) {
+        for (row, expected) in table.rows.iter().zip(&rows) {
+            for (cell, expected) in row.iter().zip(expected) {
+                match (cell, expected) {
                     (Cell::Number(a), Cell::Number(b)) => assert_eq!(a.to_bits(), b.to_bits(), "{a} {b}"),
                     (a, b) => assert_eq!(a, b),
                 }
@@ -430,8 +430,8 @@ fn a_split_recording_is_one_bag() {
     for (name, rest) in [("a_0.db3", ">="), ("a_1.db3", "<")] {
         std::fs::copy(data("drive.db3"), folder.path().join(name)).unwrap();
         let part = rusqlite::Connection::open(folder.path().join(name)).unwrap();
-        let left = format!("DELETE FROM messages WHERE timestamp {rest} ?1");
-        assert!(part.execute(&left, [middle]).unwrap() > 100);
+        let delete = format!("DELETE FROM messages WHERE timestamp {rest} ?1");
+        assert!(part.execute(&delete, [middle]).unwrap() > 100);
     }
     let refused = |expected: &str| {
         let error = Bag::open(folder.path(), false).unwrap_err().to_string();

@@ -153,9 +153,9 @@ impl Noise {
 
         // For an AR(1) with correlation ρ the variance of x(k+2) − x(k) is 1 + ρ times that of
         // x(k+1) − x(k); medians of their magnitudes hardly see the few that cross a change.
-        let spread = |lag: usize| {
+        let spread = |apart: usize| {
             let mut steps: Vec<f64> =
-                means.iter().zip(means.iter().skip(lag)).map(|(a, b)| (b - a).abs()).collect();
+                means.iter().zip(means.iter().skip(apart)).map(|(a, b)| (b - a).abs()).collect();
             MEDIAN_TO_STD * median(&mut steps)
         };
         let (one, two) = (spread(1), spread(2));

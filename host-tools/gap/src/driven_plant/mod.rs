@@ -17,7 +17,7 @@ use std::thread;
 use logs::robot::Robot;
 use logs::robot::chassis::Chassis;
 use logs::runs::RawRun;
-use model::effects::plant::{Finding, Part, Scene};
+use model::effects::plant::{Finding, PlantCause, Scene};
 use model::effects::{Regressor, Switched, cause};
 use plant::PlantSet;
 use serde_json::{Map, Value, json};
@@ -112,7 +112,7 @@ pub fn simulate(
     let before = filter.filtered(&none)?;
     let lightest_kg =
         raw.iter().flat_map(|run| &run.rows).map(|(_, _, mass, _)| *mass).fold(f64::INFINITY, f64::min);
-    let (mut causes, mut not_simulated): (Vec<(Part, f64)>, Vec<Missing>) = Default::default();
+    let (mut causes, mut not_simulated): (Vec<(PlantCause, f64)>, Vec<Missing>) = Default::default();
     let stands = report.verdict.stands();
     let locked_times = locked_times(&filter, report);
     let mut ids = Vec::new();
@@ -212,7 +212,7 @@ fn find_sizes(
     chassis: &Chassis,
     raw: &[RawRun],
     report: &Report,
-    causes: &mut [(Part, f64)],
+    causes: &mut [(PlantCause, f64)],
 ) -> Result<()> {
     let places = &report.split.open;
     let open: Vec<RawRun> = places.iter().map(|&place| raw[place].clone()).collect();

@@ -7,7 +7,7 @@ use super::candidate::{Candidate, Way};
 use super::detail::Detail;
 use super::fields::{Fields, Read};
 use super::physical::Conversion;
-use super::plant::{Finding, Part};
+use super::plant::{Finding, PlantCause};
 use super::regressor::Regressor;
 use super::scope::Scope;
 use super::sign::Sign;
@@ -41,7 +41,7 @@ pub struct Entry {
     /// each.
     pub(super) read: fn(&Fields<'_>) -> Read,
     /// The plant's cause, or why there is none.
-    pub(super) cause: fn(&Finding<'_>) -> error::Result<Result<Part, String>>,
+    pub(super) cause: fn(&Finding<'_>) -> error::Result<Result<PlantCause, String>>,
 }
 
 impl Entry {

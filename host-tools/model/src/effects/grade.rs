@@ -11,7 +11,7 @@ use super::entry::Entry;
 use super::fields::{Fields, Read};
 use super::key;
 use super::physical::{Conversion, World};
-use super::plant::{Finding, Part};
+use super::plant::{Finding, PlantCause};
 use super::regressor::Regressor;
 use super::scope::Scope;
 use super::sign::Sign;
@@ -86,14 +86,14 @@ fn read(fields: &Fields<'_>) -> Read {
 }
 
 /// The plant's slopes are constant ones: ahead, or towards a heading.
-fn cause(finding: &Finding<'_>) -> error::Result<Result<Part, String>> {
+fn cause(finding: &Finding<'_>) -> error::Result<Result<PlantCause, String>> {
     match (&finding.candidate.detail, finding.coefficients) {
         (Detail::Slope(Along::Pitch), _) => {
             Ok(Err("the slope was measured along the way; the plant has constant ones".to_owned()))
         }
         (_, [x, y]) => {
-            let part = finding.acting(|effect| effect.with("heading", y.atan2(*x)))?;
-            Ok(part.map(|part| Part { range: (0.0, part.range.1), ..part }))
+            let cause = finding.acting(|effect| effect.with("heading", y.atan2(*x)))?;
+            Ok(cause.map(|cause| PlantCause { range: (0.0, cause.range.1), ..cause }))
         }
         _ => finding.acting(|effect| effect.with("along", 1.0)),
     }

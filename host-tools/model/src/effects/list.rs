@@ -2,7 +2,7 @@
 
 use support::error::Result;
 
-use super::plant::{Finding, Part};
+use super::plant::{Finding, PlantCause};
 use super::{Candidate, Entry, NotTestable, Physical, Scope, World};
 use super::{
     compute_load, gear_load_loss, grade, lubricant_warm_up, payload_mislabel, payload_offset, regeneration,
@@ -73,10 +73,10 @@ pub fn physical(
 ///
 /// # Errors
 /// An option out of the plant's range.
-pub fn cause(finding: &Finding<'_>) -> Result<std::result::Result<Part, String>> {
+pub fn cause(finding: &Finding<'_>) -> Result<std::result::Result<PlantCause, String>> {
     let Some(entry) = find(&finding.candidate.id) else {
         return Ok(Err("the plant knows no cause for a formula".to_owned()));
     };
-    let part = (entry.cause)(finding)?;
-    Ok(part.map(|part| Part { place: finding.place(), ..part }))
+    let cause = (entry.cause)(finding)?;
+    Ok(cause.map(|cause| PlantCause { place: finding.place(), ..cause }))
 }

@@ -7,7 +7,7 @@ use super::candidate::Way;
 use super::detail::Detail;
 use super::entry::Entry;
 use super::key;
-use super::plant::{Finding, Part};
+use super::plant::{Finding, PlantCause};
 use super::regressor::Regressor;
 use super::scope::Scope;
 use super::sign::Sign;
@@ -41,7 +41,7 @@ fn candidates(scope: &Scope) -> Result<Vec<Way>, String> {
     Ok(TIMES.map(way).into())
 }
 
-fn cause(finding: &Finding<'_>) -> error::Result<Result<Part, String>> {
+fn cause(finding: &Finding<'_>) -> error::Result<Result<PlantCause, String>> {
     finding.acting(|effect| match finding.candidate.detail {
         Detail::TimeConstant { time_s } => effect.with("tau", time_s.clamp(1.0, 3600.0)),
         _ => Ok(effect),

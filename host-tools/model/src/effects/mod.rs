@@ -10,7 +10,7 @@
 //! |---|---|
 //! | [`Candidate`]: regressors to be tried, with range and [`Detail`] | `gap` fits and names |
 //! | [`written::Written`]: an `[[effects]]` entry of coefficients.toml | estimator and board apply it |
-//! | [`plant::Part`]: a physical cause | `gmr gap --plant` drives with it |
+//! | [`plant::PlantCause`]: a physical cause | `gmr gap --plant` drives with it |
 
 mod candidate;
 mod column;

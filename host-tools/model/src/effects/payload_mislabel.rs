@@ -5,7 +5,7 @@ use support::error;
 use super::candidate::Way;
 use super::detail::{Detail, Runs};
 use super::entry::Entry;
-use super::plant::{Finding, LEAST_LEFT, Part};
+use super::plant::{Finding, GREATEST_LOSS, PlantCause};
 use super::regressor::Regressor;
 use super::scope::Scope;
 use super::sign::Sign;
@@ -37,6 +37,6 @@ fn candidates(scope: &Scope) -> Result<Vec<Way>, String> {
 }
 
 /// No robot loses all of its mass.
-fn cause(finding: &Finding<'_>) -> error::Result<Result<Part, String>> {
-    finding.everywhere_within(|low, high| (low.max(-LEAST_LEFT * finding.scene.lightest_kg), high))
+fn cause(finding: &Finding<'_>) -> error::Result<Result<PlantCause, String>> {
+    finding.everywhere_within(|low, high| (low.max(-GREATEST_LOSS * finding.scene.lightest_kg), high))
 }

@@ -9,7 +9,7 @@ use super::entry::Entry;
 use super::fields::{Fields, Read};
 use super::key;
 use super::physical::Conversion;
-use super::plant::{Finding, Part};
+use super::plant::{Finding, PlantCause};
 use super::regressor::Regressor;
 use super::scope::Scope;
 use super::sign::Sign;
@@ -67,6 +67,6 @@ fn read(fields: &Fields<'_>) -> Read {
 /// Shares of the plant's range that a cause may fill: loads on the edge would lift a wheel.
 const LEVER: f64 = 0.6;
 
-fn cause(finding: &Finding<'_>) -> error::Result<Result<Part, String>> {
+fn cause(finding: &Finding<'_>) -> error::Result<Result<PlantCause, String>> {
     finding.everywhere_within(|low, high| (LEVER * low, LEVER * high))
 }

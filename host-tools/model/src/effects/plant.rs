@@ -18,7 +18,7 @@ pub enum Where {
 
 /// A cause whose size is still to be found.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Part {
+pub struct PlantCause {
     /// What acts, of any size.
     pub effects: Vec<Effect>,
     /// Where.
@@ -28,7 +28,7 @@ pub struct Part {
 }
 
 /// A floor or a grease never loses more of its resistance than this share, nor a robot of its mass.
-pub(super) const LEAST_LEFT: f64 = 0.95;
+pub(super) const GREATEST_LOSS: f64 = 0.95;
 
 /// What a run has of a cause that is searched for run by run.
 #[derive(Debug, Clone, Copy)]
@@ -60,7 +60,7 @@ pub struct Finding<'a> {
 
 impl Finding<'_> {
     /// The plant's effect of this name, as it is without options.
-    pub(super) fn everywhere(&self) -> Result<std::result::Result<Part, String>> {
+    pub(super) fn everywhere(&self) -> Result<std::result::Result<PlantCause, String>> {
         self.acting(Ok)
     }
 
@@ -68,16 +68,16 @@ impl Finding<'_> {
     pub(super) fn everywhere_within(
         &self,
         range: impl FnOnce(f64, f64) -> (f64, f64),
-    ) -> Result<std::result::Result<Part, String>> {
-        let part = self.everywhere()?;
-        Ok(part.map(|part| Part { range: range(part.range.0, part.range.1), ..part }))
+    ) -> Result<std::result::Result<PlantCause, String>> {
+        let cause = self.everywhere()?;
+        Ok(cause.map(|cause| PlantCause { range: range(cause.range.0, cause.range.1), ..cause }))
     }
 
     /// With options.
     pub(super) fn acting(
         &self,
         with: impl FnOnce(Effect) -> Result<Effect>,
-    ) -> Result<std::result::Result<Part, String>> {
+    ) -> Result<std::result::Result<PlantCause, String>> {
         self.acting_each(|effect| Ok(vec![with(effect)?]))
     }
 
@@ -85,10 +85,10 @@ impl Finding<'_> {
     pub(super) fn acting_each(
         &self,
         with: impl FnOnce(Effect) -> Result<Vec<Effect>>,
-    ) -> Result<std::result::Result<Part, String>> {
+    ) -> Result<std::result::Result<PlantCause, String>> {
         let effect = Effect::new(&self.candidate.id, 0.0)?;
         let range = effect.entry().range;
-        Ok(Ok(Part { effects: with(effect)?, place: Where::Everywhere, range }))
+        Ok(Ok(PlantCause { effects: with(effect)?, place: Where::Everywhere, range }))
     }
 
     /// Where it acts: in single runs, at times of its own, or everywhere.
@@ -133,7 +133,7 @@ impl Finding<'_> {
     }
 }
 
-impl Part {
+impl PlantCause {
     /// The cause in one run, by its place among all.
     ///
     /// # Errors
@@ -161,12 +161,12 @@ mod tests {
     use super::*;
     use crate::effects::{Along, Detail, Heated, Runs, Switched, WheelSide, cause};
 
-    fn part(
+    fn cause_of(
         id: &str,
         regressors: Vec<Regressor>,
         coefficients: &[f64],
         detail: Detail,
-    ) -> std::result::Result<Part, String> {
+    ) -> std::result::Result<PlantCause, String> {
         let (id, unit, range, search) = (id.to_owned(), String::new(), (0.0, 1.0), 0.0);
         let candidate = Candidate { id, regressors, unit, range, least: Vec::new(), detail, search };
         let scene = Scene {
@@ -182,18 +182,18 @@ mod tests {
 
     #[test]
     fn the_details_of_an_effect_are_the_options_of_its_cause() {
-        let slope = part("grade", vec![], &[0.0, 0.02], Detail::Slope(Along::World)).unwrap();
+        let slope = cause_of("grade", vec![], &[0.0, 0.02], Detail::Slope(Along::World)).unwrap();
         // Uphill at a right angle to the left of the start.
         assert_eq!(slope.effects[0].option("heading"), Some(std::f64::consts::FRAC_PI_2));
         assert_eq!(slope.range.0, 0.0);
         let second = Detail::Wheel { wheel: 2, side: WheelSide::Right };
-        let drag = part("wheel-drag", vec![], &[0.1], second).unwrap();
+        let drag = cause_of("wheel-drag", vec![], &[0.1], second).unwrap();
         assert_eq!(drag.in_run(0.1, 0).unwrap()[0].option("wheel"), Some(2.0));
-        let both = part("speed-scale", vec![], &[0.1], Detail::Side(WheelSide::Both)).unwrap();
+        let both = cause_of("speed-scale", vec![], &[0.1], Detail::Side(WheelSide::Both)).unwrap();
         let sides: Vec<_> = both.in_run(0.1, 0).unwrap().iter().map(|effect| effect.option("side")).collect();
         assert_eq!(sides, [Some(1.0), Some(0.0)]);
         // No floor loses all of the plant's resistance, of 0.02.
-        let floor = part("rolling-resistance-change", vec![], &[-0.1], Detail::Plain).unwrap();
+        let floor = cause_of("rolling-resistance-change", vec![], &[-0.1], Detail::Plain).unwrap();
         assert!((floor.range.0 + 0.019).abs() < 1e-12, "{floor:?}");
     }
 
@@ -202,14 +202,14 @@ mod tests {
         // Open runs have the times of the fit, locked runs those that were looked for there.
         let times = Regressor::Switch(Switched::Static, [3.0, f64::INFINITY].into());
         let all = Detail::InRuns { runs: Runs::All, at_s: None };
-        let step = part("static-step", vec![times], &[0.1], all.clone()).unwrap();
+        let step = cause_of("static-step", vec![times], &[0.1], all.clone()).unwrap();
         assert_eq!(step.place, Where::From(vec![3.0, 7.0, f64::INFINITY]));
         assert_eq!(step.in_run(0.1, 1).unwrap()[0].option("at"), Some(7.0));
         assert!(step.in_run(0.1, 2).unwrap().is_empty());
         let at = Regressor::Term(Switched::Rolling.from(5.0).unwrap());
-        let floor = part("surface-switch", vec![at], &[0.01], Detail::At { at_s: 5.0 }).unwrap();
+        let floor = cause_of("surface-switch", vec![at], &[0.01], Detail::At { at_s: 5.0 }).unwrap();
         assert_eq!(floor.place, Where::From(vec![5.0; 3]));
-        let wrong = part("payload-mislabel", vec![Regressor::Mass(1)], &[0.3], all).unwrap();
+        let wrong = cause_of("payload-mislabel", vec![Regressor::Mass(1)], &[0.3], all).unwrap();
         assert_eq!(wrong.place, Where::In(vec![false, false, true]));
     }
 
@@ -221,7 +221,7 @@ mod tests {
             ("grade", Detail::Slope(Along::Pitch)),
             ("winding-temperature", Detail::Heated(Heated::Measured(20.0))),
         ] {
-            assert!(part(id, vec![Regressor::Column(0)], &[1.0], detail).is_err(), "{id}");
+            assert!(cause_of(id, vec![Regressor::Column(0)], &[1.0], detail).is_err(), "{id}");
         }
     }
 }

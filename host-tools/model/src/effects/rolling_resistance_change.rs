@@ -7,7 +7,7 @@ use super::candidate::Way;
 use super::detail::Detail;
 use super::entry::Entry;
 use super::physical::Conversion;
-use super::plant::{Finding, LEAST_LEFT, Part};
+use super::plant::{Finding, GREATEST_LOSS, PlantCause};
 use super::regressor::Regressor;
 use super::sign::Sign;
 
@@ -45,7 +45,7 @@ pub(super) const FLOOR: Conversion = Conversion {
 };
 
 /// A floor never loses all of its resistance.
-pub(super) fn change(finding: &Finding<'_>) -> error::Result<Result<Part, String>> {
-    let least = -LEAST_LEFT * finding.scene.rolling;
+pub(super) fn change(finding: &Finding<'_>) -> error::Result<Result<PlantCause, String>> {
+    let least = -GREATEST_LOSS * finding.scene.rolling;
     finding.everywhere_within(|low, high| (low.max(least), high))
 }

@@ -8,7 +8,7 @@ use super::detail::{Detail, WheelSide};
 use super::entry::Entry;
 use super::fields::{Fields, Read};
 use super::key;
-use super::plant::{Finding, Part};
+use super::plant::{Finding, PlantCause};
 use super::regressor::Regressor;
 use super::scope::Scope;
 use super::sign::Sign;
@@ -55,7 +55,7 @@ fn read(fields: &Fields<'_>) -> Read {
 /// The plant's option for the right side.
 const RIGHT: f64 = 1.0;
 
-fn cause(finding: &Finding<'_>) -> error::Result<Result<Part, String>> {
+fn cause(finding: &Finding<'_>) -> error::Result<Result<PlantCause, String>> {
     match finding.candidate.detail {
         Detail::Side(WheelSide::Both) => {
             finding.acting_each(|effect| Ok(vec![effect.clone().with("side", RIGHT)?, effect]))

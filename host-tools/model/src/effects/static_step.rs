@@ -8,7 +8,7 @@ use super::detail::{Detail, FROM_MOTION, MOTION};
 use super::entry::Entry;
 use super::fields::{Fields, Read};
 use super::key;
-use super::plant::{Finding, Part};
+use super::plant::{Finding, PlantCause};
 use super::regressor::Regressor;
 use super::scope::Scope;
 use super::sign::Sign;
@@ -57,7 +57,7 @@ fn read(fields: &Fields<'_>) -> Read {
 /// The plant's longest hold, s.
 const MOST_HOLD_S: f64 = 3600.0;
 
-fn cause(finding: &Finding<'_>) -> error::Result<Result<Part, String>> {
+fn cause(finding: &Finding<'_>) -> error::Result<Result<PlantCause, String>> {
     let hold = match finding.candidate.detail {
         Detail::WithMotion { hold_s } => hold_s,
         Detail::FromFirstMotion => f64::INFINITY,

@@ -8,7 +8,7 @@ use super::detail::Detail;
 use super::entry::Entry;
 use super::key;
 use super::physical::Conversion;
-use super::plant::{Finding, Part};
+use super::plant::{Finding, PlantCause};
 use super::regressor::Regressor;
 use super::scope::Scope;
 use super::sign::Sign;
@@ -41,7 +41,7 @@ fn candidates(scope: &Scope) -> Result<Vec<Way>, String> {
     Ok(WIDTHS.map(way).into())
 }
 
-fn cause(finding: &Finding<'_>) -> error::Result<Result<Part, String>> {
+fn cause(finding: &Finding<'_>) -> error::Result<Result<PlantCause, String>> {
     finding.acting(|effect| match finding.candidate.detail {
         Detail::Width { speed_rad_s } => effect.with("width", speed_rad_s.clamp(0.05, 20.0)),
         _ => Ok(effect),

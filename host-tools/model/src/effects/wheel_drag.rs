@@ -9,7 +9,7 @@ use super::entry::Entry;
 use super::fields::{Fields, Read};
 use super::key;
 use super::physical::Conversion;
-use super::plant::{Finding, Part};
+use super::plant::{Finding, PlantCause};
 use super::regressor::Regressor;
 use super::scope::Scope;
 use super::sign::Sign;
@@ -48,7 +48,7 @@ fn read(fields: &Fields<'_>) -> Read {
     }
 }
 
-fn cause(finding: &Finding<'_>) -> error::Result<Result<Part, String>> {
+fn cause(finding: &Finding<'_>) -> error::Result<Result<PlantCause, String>> {
     finding.acting(|effect| match finding.candidate.detail {
         Detail::Wheel { wheel, .. } => effect.with("wheel", wheel as f64),
         _ => Ok(effect),

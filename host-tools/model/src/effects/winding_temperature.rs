@@ -11,7 +11,7 @@ use super::entry::Entry;
 use super::fields::{Fields, Read};
 use super::key;
 use super::physical::Conversion;
-use super::plant::{Finding, Part};
+use super::plant::{Finding, PlantCause};
 use super::regressor::Regressor;
 use super::scope::{Scope, ScopeColumn};
 use super::sign::Sign;
@@ -105,12 +105,12 @@ fn read(fields: &Fields<'_>) -> Read {
 /// range of rises.
 const SETTLED_LOSS_W: f64 = 0.01;
 
-fn cause(finding: &Finding<'_>) -> error::Result<Result<Part, String>> {
+fn cause(finding: &Finding<'_>) -> error::Result<Result<PlantCause, String>> {
     match finding.candidate.detail {
         Detail::Heated(Heated::ByLoss(time)) => {
             let tau = time.clamp(1.0, 3600.0);
-            let part = finding.acting(|effect| effect.with("loss", SETTLED_LOSS_W)?.with("tau", tau))?;
-            Ok(part.map(|part| Part { range: (0.0, part.range.1), ..part }))
+            let cause = finding.acting(|effect| effect.with("loss", SETTLED_LOSS_W)?.with("tau", tau))?;
+            Ok(cause.map(|cause| PlantCause { range: (0.0, cause.range.1), ..cause }))
         }
         Detail::Heated(Heated::FromStart) => {
             finding.acting(|effect| effect.with("heat", 1.0)?.with("tau", 1.0))
