@@ -15,25 +15,19 @@ def share(lines, *what):
     return f"{100.0 * sum(l['judged'] in what for l in lines) / max(len(lines), 1):5.1f} %"
 
 
-def figures(lines):
-    print(f"  sets                                  {len(lines)}")
-    print(f"  right single name                     {share(lines, 'right')}  (with true twins in a tie {share(lines, 'right', 'twins')})")
-    print(f"  truth is the name or in the tie set   {share(lines, 'right', 'twins', 'tie', 'extra')}")
-    print(f"  truth and something else              {share(lines, 'extra')}")
-    print(f"  wrong single name                     {share(lines, 'WRONG')}  ({sum(l['judged'] == 'WRONG' for l in lines)})")
-    print(f"  in doubt, truth not among it          {share(lines, 'false-tie')}")
-    print(f"  unexplained                           {share(lines, 'unexplained')}")
-    print(f"  none                                  {share(lines, 'none')}")
+COLUMNS = ["sets", "  right", "or twins", "in the set", "  wrong", "false tie", "unexplained", "   none", "closed", "seconds"]
+
+
+def header():
+    print("  " + "".ljust(40) + "  ".join(COLUMNS))
+
+
+def figures(title, lines):
     closed = [l["closed"] for l in lines if l["closed"] is not None and l["judged"] in ("right", "twins", "tie", "extra")]
-    if closed:
-        worst = {}
-        for l in lines:
-            if l["closed"] is not None and l["judged"] in ("right", "twins", "tie"):
-                worst.setdefault(l["effect"][0], []).append(l["closed"])
-        least = min(worst.items(), key=lambda p: np.median(p[1]), default=("-", [np.nan]))
-        print(f"  gap closed                            median {np.median(closed):.2f}, 10th percentile {np.quantile(closed, 0.1):.2f};"
-              f" worst effect's median {np.median(least[1]):.2f} ({least[0]})")
-    print(f"  seconds a set                         median {np.median([l['seconds'] for l in lines]):.2f}")
+    cells = [str(len(lines)), share(lines, "right"), share(lines, "right", "twins"), share(lines, "right", "twins", "tie", "extra"),
+             share(lines, "WRONG"), share(lines, "false-tie"), share(lines, "unexplained"), share(lines, "none"),
+             f"{np.median(closed):.2f}" if closed else "-", f"{np.median([l['seconds'] for l in lines]):.1f}"]
+    print("  " + title.ljust(40) + "  ".join(cell.rjust(len(column)) for cell, column in zip(cells, COLUMNS)))
 
 
 def confusion(lines, order=ORDER):
@@ -74,15 +68,16 @@ def main():
         print(f"==== mode {mode}, engine {engine} ====")
         known = [l for l in here if len(l["effect"]) == 1 and l["effect"][0] in DICTIONARY]
         # A limit of physics keeps some below the wanted size: they are judged at what they reached.
+        if known:
+            header()
         for title, some in [("size reached 0.45 and more", [l for l in known if l["reached"][0] >= 0.45]),
                             *[(f"wanted size {s}, reached within 10 %", [l for l in known if l["size"] == s and l["reached"][0] >= 0.9 * s])
                               for s in sorted({l["size"] for l in known})],
                             ("below size 0.45", [l for l in known if l["reached"][0] < 0.45])]:
-            for robot in ["both", *dict.fromkeys(l["robot"] for l in some)]:
-                own = [l for l in some if robot in ("both", l["robot"])]
-                if own:
-                    print(f"effects, {title}, robot {robot}")
-                    figures(own)
+            if some:
+                figures(title, some)
+        for robot in dict.fromkeys(l["robot"] for l in known):
+            figures(f"{robot}, size reached 0.45 and more", [l for l in known if l["robot"] == robot and l["reached"][0] >= 0.45])
         if known:
             print("by effect, size reached 0.45 and more")
             confusion([l for l in known if l["reached"][0] >= 0.45])
