@@ -245,6 +245,13 @@ pub fn fit(
     let (model, ending, iterations, weights) = match kind {
         ModelKind::Signed => {
             let solution = physical::solve(dataset, robot);
+            if let Some(at) = solution.at_bounds.iter().find(|at| at.is_of_gear_loss()) {
+                let mut without = dataset.clone();
+                without.free_terms.gear_loss = None;
+                let mut fit = fit(robot, &without, kind, method, pgd)?;
+                fit.warnings.push(Warning::left_out(at));
+                return Ok(fit);
+            }
             let model = Model::Signed { torque: solution.torque, drive: robot.drive() };
             huber = solution.huber;
             warnings.extend(solution.at_bounds.iter().map(Warning::at_bound));

@@ -46,6 +46,18 @@ impl Warning {
         Self { kind: Kind::AtBound, text }
     }
 
+    /// A further term that ended at its bound.
+    pub(super) fn left_out(at: &AtBound) -> Self {
+        let AtBound { description, bound, .. } = at;
+        let text = format!(
+            "{} ended at its bound of {bound:.3e} {} and was left out: these runs do not determine it; {}",
+            description.name,
+            description.unit,
+            at.remedy()
+        );
+        Self { kind: Kind::AtBound, text }
+    }
+
     pub(super) fn not_converged(ending: &str) -> Self {
         let text = format!(
             "the search ended as {ending}, not at a minimum: the coefficients are the best that were met; more rows, speeds and \

@@ -314,7 +314,12 @@ fn answer(context: &Context, request: &Request<'_>) -> Result<Answer> {
         )?;
     }
     if let (Some(out), Some((_, base))) = (request.out, &fitted) {
-        extension::write(context, &runs, &report, base, out)?;
+        // A board asks its model of filtered speeds.
+        let mut as_on_board = Runs::condition(&chassis, raw)?;
+        if let Some(file) = effects {
+            UserCandidates::add(&user_effects, file, &mut as_on_board, None)?;
+        }
+        extension::write(context, &as_on_board, &report, base, out)?;
     }
     drop(progress);
     let simulator =

@@ -55,6 +55,11 @@ pub struct AtBound {
 }
 
 impl AtBound {
+    /// Whether it is a loss of the gear: a term that a fit can do without.
+    pub fn is_of_gear_loss(&self) -> bool {
+        self.description.name == verdict::of_torque(super::GEAR_LOSS).name
+    }
+
     /// What would determine the parameter.
     pub fn remedy(&self) -> String {
         let mut remedy = self.description.remedy.to_owned();

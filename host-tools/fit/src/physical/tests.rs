@@ -1,5 +1,7 @@
 //! The solver on rows made from a known model.
 
+use model_core::eq18::Gate;
+use model_core::model::Model;
 use model_core::motion::Wheel;
 use model_core::torque::{Drive, TorqueModel};
 use nalgebra::SMatrix;
@@ -7,10 +9,13 @@ use numerics::levenberg_marquardt::{Bounds as Box, LeastSquares, Tolerances, des
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::super::dataset::{Kept, Row};
+use super::super::dataset::{Dataset, Kept, Row, Run};
 use super::cost::{Cost, Loss, WHEEL_FRICTION_SHARE};
 use super::restarts::restart_within;
 use super::{Bounds, PARAMETERS, Parameters, Rows, Solution};
+use crate::gram::Gram;
+use crate::warning::Warning;
+use crate::{Method, ModelKind, fit, pgd};
 
 const TRUTH: [f64; PARAMETERS] = [0.05, 0.008, 0.007, 0.0065, 1.6, 2.5, 0.02, -0.01, 0.1, 0.15, 0.0];
 
@@ -200,4 +205,32 @@ fn a_bound_that_is_met_is_told() {
     let names: Vec<&str> = solution.at_bounds.iter().map(|at| at.description.name).collect();
     assert_eq!(names, ["winding_loss"]);
     assert_eq!(solution.torque.winding_loss, 1.0);
+}
+
+/// A gear takes 0.9 of what passes it, more than a board believes: the fit does without, and says so.
+#[test]
+fn a_gear_s_loss_at_its_bound_is_left_out() {
+    let robot = logs::robot::Robot::named("burger").unwrap();
+    let mut dataset = Dataset::empty(robot.chassis(2.0).unwrap(), Gate::Signed);
+    let torque = TorqueModel { gear_loss: 0.9, bridge_drop: 0.0, ..super::torque(&TRUTH.into()) };
+    let mut rows = rows(3000, 0.0, Drive::Regenerative);
+    for row in &mut rows {
+        row.power = row
+            .wheels
+            .iter()
+            .map(|wheel| torque.wheel_power(wheel, row.mass))
+            .map(|power| power.max(0.0))
+            .sum();
+    }
+    dataset.store = kept(&rows);
+    (dataset.period_s, dataset.used, dataset.rows) = (0.05, 3000, 3000);
+    dataset.masses = vec![1.0, 3.0, 6.0];
+    let run = Run { file: "a.csv".into(), gram: Gram::default() };
+    dataset.runs.push(run);
+    dataset.free_terms.gear_loss = Some(0.0);
+    let fit = fit(&robot, &dataset, ModelKind::Signed, Method::Physical, &pgd::Settings::default()).unwrap();
+    let Model::Signed { torque, .. } = fit.model else { panic!("{:?}", fit.model) };
+    assert_eq!(torque.gear_loss, 0.0);
+    let says = |warning: &Warning| warning.text.starts_with("gear_loss ended at its bound");
+    assert!(fit.warnings.iter().any(says), "{:?}", fit.warnings);
 }

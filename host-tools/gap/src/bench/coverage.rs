@@ -2,7 +2,7 @@
 
 use indicatif::ProgressBar;
 use logs::robot::Robot;
-use logs::runs::RawRun;
+use logs::runs::{RawRun, Runs};
 use model::effects::written::{self, Written};
 use model_core::coefficients::Coefficients;
 use model_core::effects::live::{Live, Outside};
@@ -60,11 +60,12 @@ fn one(robot: &Robot, case: &Case) -> Result<Option<Covered>> {
     let clean = sets::clean(robot, case.seed, case.noise.noise, columns)?;
     let effects = case.scaled()?;
     let field = sets::field(&effects, case.noise.noise);
-    let runs =
-        clean.runs.condition_alike(&clean.runs.robot, sets::record(&field.field(case.seed), columns)?)?;
+    let raw = sets::record(&field.field(case.seed), columns)?;
+    let runs = clean.runs.condition_alike(&clean.runs.robot, raw.clone())?;
     let report = Engine::Rules.investigate(&runs, Some(&clean.runs), &clean.base, &Options::default())?;
     let (written, kept) = extension::written(&report);
-    let Some(worth) = extension::of(&runs, &report, &kept, &clean.noise) else { return Ok(None) };
+    let as_on_board = Runs::condition(&clean.runs.robot, raw)?;
+    let Some(worth) = extension::of(&as_on_board, &report, &kept, &clean.noise) else { return Ok(None) };
     let written: Vec<Written> = written.into_iter().flatten().collect();
     if written.is_empty() {
         return Ok(None);
