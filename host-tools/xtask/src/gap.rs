@@ -27,8 +27,8 @@ const KINDS: [(&str, &str); 3] = [
     ("foreign", "--kind foreign --sizes 1 --seeds 102000 102001 --engines rules likelihood"),
 ];
 
-/// Writes both tables: docs/results/gap-bench.txt and docs/results/gap-judge.txt. Two hours
-/// on two cores.
+/// Writes both tables: docs/results/gap-bench.txt and docs/results/gap-judge.txt. An hour on
+/// two cores.
 pub(crate) fn run(steps: &mut Steps) -> Result<(), Stop> {
     steps.run("gmr", command("cargo build --quiet --release --package host-tools --bin gmr"))?;
     let gmr = target_folder().join("release/gmr");
