@@ -341,10 +341,12 @@ mod tests {
     #[test]
     fn the_filter_before_the_model_is_the_faster_one() {
         let cutoffs = |rate: f64, cutoff_hz| Rows::Before.cutoffs(rate.recip(), cutoff_hz);
-        assert_eq!(cutoffs(50.0, 1.0), Cutoffs { speed: 3.5, power: 1.0 });
-        assert_eq!(cutoffs(20.0, 5.0), Cutoffs { speed: 7.0, power: 2.0 });
-        assert_eq!(cutoffs(500.0, 5.0), Cutoffs { speed: 7.0, power: 2.0 });
-        assert_eq!(cutoffs(10.0, 4.0), Cutoffs { speed: 3.5, power: 1.0 });
+        assert_eq!(cutoffs(50.0, 1.0), Cutoffs { speed: 2.25, power: 1.0 });
+        for (rate, cutoff_hz, speed) in [(20.0, 5.0, 7.0), (500.0, 5.0, 7.0), (10.0, 4.0, 3.5)] {
+            let cutoffs = cutoffs(rate, cutoff_hz);
+            assert!((cutoffs.speed - speed).abs() < 1e-9, "{cutoffs:?}");
+            assert!((cutoffs.power - speed / 2.25).abs() < 1e-9, "{cutoffs:?}");
+        }
     }
 
     /// Power and what is asked of the rows pass the same filter.
