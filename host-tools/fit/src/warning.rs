@@ -48,11 +48,9 @@ impl Warning {
 
     /// A further term that ended at its bound.
     pub(super) fn left_out(at: &AtBound) -> Self {
-        let AtBound { description, bound, .. } = at;
         let text = format!(
-            "{} ended at its bound of {bound:.3e} {} and was left out: these runs do not determine it; {}",
-            description.name,
-            description.unit,
+            "{} ended at its bound and was left out: these runs do not determine it; {}",
+            at.description.name,
             at.remedy()
         );
         Self { kind: Kind::AtBound, text }

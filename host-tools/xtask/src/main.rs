@@ -45,7 +45,7 @@ usage: cargo xtask <command>
   bench [accuracy | charge | coverage | fit-speed | fleet | floors | gap | gap-mujoco |
          gap-simulator | gap-sizes | instructions | kinds | leaderboard | logs | predict |
          robots]
-         the figures of the README, measured again; minutes. gap: a night, gap-mujoco and
+         the figures of the README, measured again; minutes. gap, gap-mujoco and
          leaderboard: ten minutes to an hour, only by name
   bench fleet --rows N
          the figures of docs/results/fleet-bench.txt, by 100000000: a quarter of an hour to simulate,
