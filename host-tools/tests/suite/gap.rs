@@ -190,7 +190,7 @@ fn what_clean_runs_show_of_each_other_is_no_alarm() {
     let bench = Bench::new();
     let sloping = |name: &str, place: usize, mass: &str| {
         let heading = (2.1 * place as f64) % std::f64::consts::TAU - std::f64::consts::PI;
-        let effect = format!("grade=0.04:heading={heading}");
+        let effect = format!("grade=0.02:heading={heading}");
         simulate(&bench, name, place, mass, 300 + place, &["--effect", &effect]);
     };
     let clean: Vec<String> = (1..=6).map(|k| format!("base_{k}.csv")).collect();
