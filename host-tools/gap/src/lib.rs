@@ -17,5 +17,6 @@ pub mod power_only;
 pub mod refit;
 pub mod report;
 pub mod simulator;
+pub mod weighed;
 pub mod words;
 pub mod workflow;

@@ -46,23 +46,10 @@ impl Report {
     /// Withdraws the names if the base lacks terms.
     #[must_use]
     pub fn withheld(self, refit: Vec<Judged>) -> Self {
-        if refit.is_empty() || !self.verdict.stands() {
-            return Self { refit, ..self };
-        }
-        let mut localisation = self.localisation;
-        for cell in &mut localisation {
-            (cell.mean_after_w, cell.band_after_w) = (None, None);
-        }
-        Self {
-            verdict: Verdict::Unexplained,
-            effects: Vec::new(),
-            ambiguous_with: Vec::new(),
-            ties: Vec::new(),
-            residuals: (self.residuals.0, None),
-            localisation,
-            covariance: None,
-            refit,
-            ..self
+        let report = Self { refit, ..self };
+        match report.refit[..] {
+            [_, ..] if report.verdict.stands() => report.without_names(Verdict::Unexplained),
+            _ => report,
         }
     }
 }

@@ -24,6 +24,7 @@ use support::progress::StageProgress;
 
 use crate::driven_plant::Simulated;
 use crate::investigate::investigate;
+use crate::likelihood::question::Question;
 use crate::manoeuvre::{Suggestion, Wish};
 use crate::report::json::Beside;
 use crate::report::{Report, json, page};
@@ -69,6 +70,8 @@ pub struct Request<'a> {
     pub force: bool,
     /// The engine that decides.
     pub engine: Engine,
+    /// How often a name or a gap may be reported of runs that have none, by relabelled runs.
+    pub level: f64,
 }
 
 /// What decides which effect is missing.
@@ -76,16 +79,13 @@ pub struct Request<'a> {
 pub enum Engine {
     /// Thresholds, ties and confirmation.
     Rules,
-    /// One likelihood (experimental), with the level of its gate: how often a name or a gap may be
-    /// reported for runs without any.
-    Likelihood {
-        /// 0 to 1.
-        level: f64,
-    },
+    /// One likelihood (experimental).
+    Likelihood,
 }
 
 impl Engine {
-    /// Analyses what field runs have that clean ones lack.
+    /// Analyses what field runs have that clean ones lack. `level` is that of the gate: how often a
+    /// name or a gap may be reported of runs without any.
     ///
     /// # Errors
     /// Too few runs, or runs without steady rows.
@@ -95,6 +95,7 @@ impl Engine {
         clean: Option<&Runs>,
         base: &Base,
         options: &Options,
+        level: f64,
     ) -> Result<Report> {
         let given = base.torque;
         let base = &match clean {
@@ -102,9 +103,19 @@ impl Engine {
             None => base.clone(),
         };
         let report = match self {
-            Self::Rules => investigate(runs, clean, base, options),
-            Self::Likelihood { level } => likelihood::investigate(runs, clean, base, options, level),
-        }?;
+            Self::Rules => {
+                let report = investigate(runs, clean, base, options)?;
+                // A simulator's runs and measured ones cannot change places.
+                match clean.filter(|_| report.asks_for_weights() && !base.of_simulator) {
+                    None => report,
+                    Some(clean) => {
+                        let question = Question::of(runs, Some(clean), base, options);
+                        report.weighed(&question.asked(base, options, level))
+                    }
+                }
+            }
+            Self::Likelihood => likelihood::investigate(runs, clean, base, options, level)?,
+        };
         Ok(report.about(given))
     }
 }
@@ -271,7 +282,7 @@ fn answer(context: &Context, request: &Request<'_>) -> Result<Answer> {
         }
     }
     let progress = StageProgress::new(context, "looking for what the model lacks");
-    let report = request.engine.investigate(&runs, clean.as_ref(), &base, &options)?;
+    let report = request.engine.investigate(&runs, clean.as_ref(), &base, &options, request.level)?;
     let report = match (&simulator, &fitted) {
         (None, Some(_)) => {
             let refit = refit::asked_for(context, robot, &runs.robot, &base, &clean_logs, mass, &report)?;

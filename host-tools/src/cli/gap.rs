@@ -81,8 +81,8 @@ pub(crate) struct Arguments {
     /// (experimental)
     #[arg(long, value_enum, default_value_t = By::Rules)]
     engine: By,
-    /// With --engine likelihood: how often something may be said of runs that have nothing new, as
-    /// a share of relabelled sets
+    /// How often something may be said of runs that have nothing new: what is seen when other runs
+    /// are called the field may reach as much in this share of cases
     #[arg(long, value_name = "SHARE", default_value_t = LEVEL, value_parser = level)]
     level: f64,
     /// Figures as JSON on standard output
@@ -114,7 +114,8 @@ pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
         profile: &arguments.profile,
         wish: Wish { probability: arguments.probability, room: arguments.room },
         force: arguments.overwrite.force,
-        engine: arguments.engine.at(arguments.level),
+        engine: arguments.engine.engine(),
+        level: arguments.level,
     };
     show(&gap(context, &request)?, arguments)
 }
@@ -129,11 +130,10 @@ pub(super) enum By {
 }
 
 impl By {
-    /// The engine; the likelihood's gate at this level.
-    pub(super) fn at(self, level: f64) -> Engine {
+    pub(super) fn engine(self) -> Engine {
         match self {
             Self::Rules => Engine::Rules,
-            Self::Likelihood => Engine::Likelihood { level },
+            Self::Likelihood => Engine::Likelihood,
         }
     }
 }

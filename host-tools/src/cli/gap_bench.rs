@@ -3,7 +3,6 @@
 use std::io::IsTerminal;
 
 use gap::bench::{self, Request, coverage, manoeuvre};
-use gap::likelihood::LEVEL;
 use indicatif::{ProgressBar, ProgressStyle};
 use logs::robot::Robot;
 use support::error::Result;
@@ -90,7 +89,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         text::print_coverage(&covered, all);
         return Ok(());
     }
-    let outcomes = bench::run(&robot, &cases, arguments.engine.at(LEVEL), &bar)?;
+    let outcomes = bench::run(&robot, &cases, arguments.engine.engine(), &bar)?;
     bar.finish_and_clear();
     if json {
         return print_json(&as_json::outcomes(&outcomes));

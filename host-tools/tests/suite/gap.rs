@@ -10,11 +10,12 @@ use plant::gear::Gear;
 use plant::{Columns, Effect, Kinematics, PayloadSchedule, PlantSet, ProfileKind, Scenario};
 use serde_json::Value;
 
-const KEYS: [&str; 26] = [
+const KEYS: [&str; 29] = [
     "version",
     "verdict",
     "effects",
     "ambiguous_with",
+    "rivals",
     "suggested_profile",
     "manoeuvre",
     "gap_before_w",
@@ -33,6 +34,8 @@ const KEYS: [&str; 26] = [
     "clean_structure",
     "refit",
     "posterior",
+    "relabelled",
+    "notes",
     "noise_floor_how",
     "base_moves",
     "not_testable",

@@ -16,6 +16,7 @@ use support::error::{Error, Result};
 use super::sets;
 use super::{Case, columns};
 use crate::extension;
+use crate::likelihood::LEVEL;
 use crate::workflow::Engine;
 use residuals::types::Options;
 
@@ -62,7 +63,8 @@ fn one(robot: &Robot, case: &Case) -> Result<Option<Covered>> {
     let field = sets::field(&effects, case.noise.noise);
     let raw = sets::record(&field.field(case.seed), columns)?;
     let runs = clean.runs.condition_alike(&clean.runs.robot, raw.clone())?;
-    let report = Engine::Rules.investigate(&runs, Some(&clean.runs), &clean.base, &Options::default())?;
+    let report =
+        Engine::Rules.investigate(&runs, Some(&clean.runs), &clean.base, &Options::default(), LEVEL)?;
     let (written, kept) = extension::written(&report);
     let as_on_board = Runs::condition(&clean.runs.robot, raw)?;
     let Some(worth) = extension::of(&as_on_board, &report, &kept, &clean.noise) else { return Ok(None) };

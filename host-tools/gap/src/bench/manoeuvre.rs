@@ -11,6 +11,7 @@ use support::error::Result;
 use super::super::manoeuvre::{Suggestion, Wish, suggest};
 use super::sets::{self, Clean};
 use super::{Case, columns};
+use crate::likelihood::LEVEL;
 use crate::report::Report;
 use crate::workflow::Engine;
 use residuals::thresholds::manoeuvre::RUNS;
@@ -99,7 +100,7 @@ pub fn one(robot: &Robot, case: &Case) -> Result<Option<Parted>> {
 fn look(clean: &Clean, raw: &[RawRun], case: &Case) -> Result<(Runs, Report)> {
     let runs = clean.runs.condition_alike(&clean.runs.robot, raw.to_vec())?;
     let options = Options { removed: case.removed.clone(), ..Options::default() };
-    let report = Engine::Rules.investigate(&runs, Some(&clean.runs), &clean.base, &options)?;
+    let report = Engine::Rules.investigate(&runs, Some(&clean.runs), &clean.base, &options, LEVEL)?;
     Ok((runs, report))
 }
 

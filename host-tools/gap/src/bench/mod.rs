@@ -15,6 +15,7 @@ use rayon::prelude::*;
 use support::error::{Error, Result};
 
 use self::sets::{NoiseKind, noises};
+use crate::likelihood::LEVEL;
 use crate::workflow::Engine;
 use residuals::types::{Options, Verdict};
 
@@ -163,7 +164,7 @@ pub fn one(robot: &Robot, case: &Case, engine: Engine) -> Result<Outcome> {
     let runs = clean.runs.condition_alike(&clean.runs.robot, raw)?;
     let options = Options { removed: case.removed.clone(), ..Options::default() };
     let started = Instant::now();
-    let report = engine.investigate(&runs, Some(&clean.runs), &clean.base, &options)?;
+    let report = engine.investigate(&runs, Some(&clean.runs), &clean.base, &options, LEVEL)?;
     let seconds = started.elapsed().as_secs_f64();
     Ok(Outcome {
         case: Case { effects, ..case.clone() },

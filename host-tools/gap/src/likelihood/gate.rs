@@ -2,8 +2,9 @@
 //!
 //! Without an effect, clean and field runs of like drives may change places. Each run tells how
 //! much of every cause it has. The greatest difference between field and clean runs is held against
-//! that of other labels. This is exact at any level (Westfall and Young 1993) but for two things
-//! that the given labels told: the variances, and the size about which a named effect is linear.
+//! that of other labels. Where nothing is named, so is how much more field runs scatter. This is
+//! exact at any level (Westfall and Young 1993) but for two things that the given labels told: the
+//! variances, and the size about which a named effect is linear.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 use rand::SeedableRng;
@@ -14,10 +15,10 @@ use rayon::prelude::*;
 use super::evidence::{Marginal, Totals, reduce};
 use super::extended::Extended;
 use super::priors::{BETWEEN_RUNS, LEAST_SHOWN, RELABELLED};
-use super::products::Posed;
+use super::products::{Posed, RunProducts};
 use super::scored::Scales;
 use super::step_times::SingleRuns;
-use super::variances;
+use super::variances::{self, Solved};
 use super::ways::Way;
 
 /// What relabelled runs say.
@@ -61,13 +62,60 @@ impl Gate {
                 DVector::from_iterator(labels.len(), labels.iter().map(|label| f64::from(u8::from(*label))));
             causes.iter().map(|cause| cause.difference(&signs)).fold(0.0, f64::max)
         };
-        let seen = greatest(&labels);
+        // A name is of what all field runs share.
+        let scatter = match bent {
+            [] => scatter(posed, scales).ok_or("sums of products are no numbers")?,
+            _ => vec![0.0; labels.len()],
+        };
+        let of = |labels: &[bool]| [greatest(labels), more_in_field(&scatter, labels)];
         // With the given one as many as the level needs.
         let sets = RELABELLED.max(level.recip().ceil() as usize - 1);
-        let is_as_great = |seed: &usize| greatest(&relabelled(&labels, *seed as u64)) >= seen;
-        let as_great = (0..sets).into_par_iter().filter(is_as_great).count();
-        Ok(Self { share: (1 + as_great) as f64 / (1 + sets) as f64, level })
+        let others = (0..sets).into_par_iter().map(|seed| of(&relabelled(&labels, seed as u64)));
+        let all: Vec<[f64; 2]> = [of(&labels)].into_iter().chain(others.collect::<Vec<_>>()).collect();
+        Ok(Self { share: share_as_great(&all), level })
     }
+}
+
+/// Share of sets, the first included, in which one of two figures is as rarely reached as in the
+/// first (the least p of Westfall and Young).
+fn share_as_great(all: &[[f64; 2]]) -> f64 {
+    let of = |k: usize| {
+        let mut sorted: Vec<f64> = all.iter().map(|both| both[k]).collect();
+        sorted.sort_unstable_by(f64::total_cmp);
+        move |value: f64| sorted.len() - sorted.partition_point(|other| *other < value)
+    };
+    let (first, second) = (of(0), of(1));
+    let rarest: Vec<usize> = all.iter().map(|[a, b]| first(*a).min(second(*b))).collect();
+    rarest.iter().filter(|count| **count <= rarest[0]).count() as f64 / all.len() as f64
+}
+
+/// ln mean square of what base and functions leave of each run, standard deviations of the noise.
+fn scatter(posed: &Posed<'_>, scales: &Scales) -> Option<Vec<f64>> {
+    let shape = posed.shape;
+    let size = 1 + shape.base + shape.functions;
+    let runs = scales.in_case(scales.likeliest());
+    let mut all = DMatrix::zeros(size, size);
+    for run in runs {
+        all += run.products.view((0, 0), (size, size));
+    }
+    let solved = Solved::of(&all, shape, &scales.variances)?;
+    let mut leaves = DVector::from_element(size, 1.0);
+    leaves.rows_mut(1, size - 1).copy_from(&-solved.values);
+    let of = |run: &RunProducts| {
+        let square = leaves.dot(&(run.products.view((0, 0), (size, size)) * &leaves));
+        (square / run.kept.count().max(1.0)).ln()
+    };
+    Some(posed.runs.iter().map(of).collect())
+}
+
+/// Mean of the field's values less that of the others.
+fn more_in_field(values: &[f64], field: &[bool]) -> f64 {
+    let mean = |wanted: bool| {
+        let of = values.iter().zip(field).filter(|(_, field)| **field == wanted);
+        let (sum, count) = of.fold((0.0, 0.0), |(sum, count), (value, _)| (sum + value, count + 1.0));
+        sum / count
+    };
+    mean(true) - mean(false)
 }
 
 /// Whether clean runs would show an effect, if they had it.
@@ -226,6 +274,14 @@ mod tests {
         // Less in the field is nothing that grows.
         let less = DVector::from_element(6, 1.0) - &field;
         assert_eq!(Cause::of(&runs, (0.0, f64::INFINITY)).unwrap().difference(&less), 0.0);
+    }
+
+    /// The first set is greatest in one figure, the second in the other.
+    #[test]
+    fn the_rarer_of_two_figures_counts() {
+        assert_eq!(share_as_great(&[[5.0, 0.0], [1.0, 9.0], [2.0, 1.0], [3.0, 2.0]]), 0.5);
+        assert_eq!(share_as_great(&[[1.0, 0.0], [1.0, 9.0], [2.0, 1.0], [3.0, 2.0]]), 1.0);
+        assert_eq!(more_in_field(&[1.0, 3.0, 0.5, 1.5], &[true, true, false, false]), 1.0);
     }
 
     #[test]

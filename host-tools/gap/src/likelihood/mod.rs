@@ -19,6 +19,7 @@ pub mod precision;
 pub mod predicted;
 pub mod priors;
 pub mod products;
+pub mod question;
 pub mod relinearise;
 pub mod round;
 pub mod rows;
@@ -38,17 +39,14 @@ use model::effects::{Candidate, Regressor};
 use numerics::intervals::MeanInterval;
 use support::error::{Error, Result};
 
-use self::products::anywhere;
-use self::round::{Asked, Known, state_of};
+use self::question::Question;
+use self::round::{Known, state_of};
 use crate::confirm;
 use crate::investigate::{joint, named_effects};
 use crate::report::localise;
 use crate::report::{Basis, Report, Rival};
-use residuals::identifiable::unidentifiable;
 use residuals::predictor::{Predictor, State};
-use residuals::problem::clean_delay;
 use residuals::problem::open::{open_problem, precision};
-use residuals::scope::candidates;
 use residuals::split;
 use residuals::thresholds::calibrate::LEAST_RUNS;
 use residuals::types::{Base, Options, Verdict};
@@ -61,12 +59,8 @@ pub const LEVEL: f64 = 0.02;
 pub struct Likelihood {
     /// Probabilities.
     pub posterior: Posterior,
-    /// Relabelled runs, where they were asked.
-    pub gate: Option<Gate>,
     /// By how much likelier a field run is with the first name told of the others, nats.
     pub predictive: Option<MeanInterval>,
-    /// What is less sure than it might be, and why.
-    pub notes: Vec<String>,
 }
 
 /// Asks field runs what they have that clean ones lack.
@@ -81,29 +75,9 @@ pub fn investigate(
     level: f64,
 ) -> Result<Report> {
     let split = split::by_run(runs)?;
-    let all = runs.with_clean(clean);
-    let clean_delay = clean.map_or(0.0, |clean| clean_delay::estimate(clean, base));
-    let parameters = base.torque.to_array().len() - usize::from(!runs.robot.scrubs());
-    let (mut list, mut not_testable) = candidates(runs, base);
-    list.extend_from_slice(&options.user.candidates);
-    not_testable.extend_from_slice(&options.user.not_testable);
-    let mut removed = options.removed.clone();
-    for missing in unidentifiable(&base.masses_kg, runs) {
-        removed.push(missing.id.clone());
-        not_testable.push(missing);
-    }
-    list.retain(|candidate| !removed.contains(&candidate.id));
-    let predictor = Predictor { clean_delay, ..Predictor::new(&all, base.drive) };
-    let free = anywhere(&all);
-    let asked = Asked {
-        predictor,
-        free: &free,
-        base: (base, parameters),
-        options,
-        list: &list,
-        removed: &removed,
-        level,
-    };
+    let question = Question::of(runs, clean, base, options);
+    let asked = question.asked(base, options, level);
+    let Question { clean_delay, parameters, ref list, .. } = question;
     let first = asked.round(&[]).ok_or_else(|| {
         Error::failed("too few steady rows to tell the noise of the power; expected runs of a minute or so")
     })?;
@@ -141,8 +115,8 @@ pub fn investigate(
         named_effects(&named, &state, covariance, runs.robot.rows(), options.slack)
     });
     let open = runs.subset(&split.open).with_clean(clean);
-    let open_predictor = Predictor { runs: &open, ..predictor };
-    let problem = open_problem(open_predictor, &[], base, parameters, &list, options);
+    let open_predictor = Predictor { runs: &open, ..asked.predictor };
+    let problem = open_problem(open_predictor, &[], base, parameters, list, options);
     let of_open = |state: &State| State { effects: at_places(state, &split.open), ..state.clone() };
     let of_locked = |state: &State| State { effects: at_places(state, &split.locked), ..state.clone() };
     let confirmed = confirm::on_locked(runs, &split, clean, base, &of_locked(&state), &problem, parameters);
@@ -170,7 +144,7 @@ pub fn investigate(
         verdict,
         effects,
         ambiguous_with,
-        not_testable,
+        not_testable: question.not_testable.clone(),
         rounds,
         localisation,
         residuals: (before, verdict.stands().then_some(after)),
@@ -190,7 +164,10 @@ pub fn investigate(
             std_w: problem.noise.usual_w(),
             precision: precision(base, parameters, options.slack),
         }),
-        likelihood: Some(Likelihood { posterior: first.posterior, gate: first.gate, predictive, notes }),
+        rivals: Vec::new(),
+        likelihood: Some(Likelihood { posterior: first.posterior, predictive }),
+        relabelled: first.gate,
+        notes,
     })
 }
 

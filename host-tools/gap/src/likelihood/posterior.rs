@@ -66,14 +66,8 @@ impl Posterior {
         let effects = self.effects.iter().map(|cause| (cause.probability, Some(cause)));
         let mut all: Vec<(f64, Option<&Cause>)> = effects.chain([(self.something_else, None)]).collect();
         all.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let mut remaining = SURE * (1.0 - self.none);
-        let is_wanted = |(probability, _): &(f64, _)| {
-            let wanted = remaining > 0.0;
-            remaining -= probability;
-            wanted
-        };
-        let set: Vec<Option<&Cause>> =
-            all.into_iter().take_while(is_wanted).map(|(_, cause)| cause).collect();
+        let sure = smallest_sure(all.iter().map(|(probability, _)| *probability), 1.0 - self.none);
+        let set: Vec<Option<&Cause>> = all.into_iter().take(sure).map(|(_, cause)| cause).collect();
         let names: Vec<&Cause> = set.iter().copied().flatten().collect();
         match (names.len() == set.len(), names.len()) {
             (false, _) | (true, 0) => (Verdict::Unexplained, Vec::new()),
@@ -81,6 +75,17 @@ impl Posterior {
             (true, _) => (Verdict::Ambiguous, names),
         }
     }
+}
+
+/// How many of these, the likeliest first, are sure together.
+pub fn smallest_sure(probabilities: impl Iterator<Item = f64>, of_all: f64) -> usize {
+    let mut remaining = SURE * of_all;
+    let is_wanted = |probability: &f64| {
+        let wanted = remaining > 0.0;
+        remaining -= probability;
+        wanted
+    };
+    probabilities.take_while(is_wanted).count()
 }
 
 impl Cause {

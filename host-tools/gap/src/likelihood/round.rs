@@ -58,15 +58,24 @@ pub struct Round<'a> {
 }
 
 impl<'a> Asked<'a> {
-    /// Asks beside what is known; `None` where too few rows tell of the noise.
-    pub fn round(&self, known: &[Known]) -> Option<Round<'a>> {
+    /// Columns and sums beside what is known; `None` where too few rows tell of the noise.
+    pub fn posed(&self, known: &[Known]) -> Option<Posed<'a>> {
         let is_known = |id: &str| known.iter().any(|(candidate, _)| candidate.id == id);
         let list: Vec<Candidate> = self.list.iter().filter(|effect| !is_known(&effect.id)).cloned().collect();
-        let removed = self.removed.iter().cloned().chain(known.iter().map(|(effect, _)| effect.id.clone()));
-        let removed: Vec<String> = removed.collect();
         let effects = state_of(self.base.0, known).effects;
-        let slack = self.options.slack;
-        let posed = Posed::new(self.predictor, self.free, self.base, slack, &list, &removed, &effects)?;
+        let (slack, removed) = (self.options.slack, self.removed_beside(known));
+        Posed::new(self.predictor, self.free, self.base, slack, &list, &removed, &effects)
+    }
+
+    fn removed_beside(&self, known: &[Known]) -> Vec<String> {
+        let known = known.iter().map(|(effect, _)| effect.id.clone());
+        self.removed.iter().cloned().chain(known).collect()
+    }
+
+    /// Asks beside what is known; `None` where too few rows tell of the noise.
+    pub fn round(&self, known: &[Known]) -> Option<Round<'a>> {
+        let removed = self.removed_beside(known);
+        let posed = self.posed(known)?;
         let scales = Scales::told(&posed)?;
         let mut scored = scored::ways(&posed, &scales);
         scored.extend(scored::of_single_runs(&posed, &scales, &removed));
@@ -149,8 +158,7 @@ impl Round<'_> {
         let candidate =
             Candidate { regressors: effects.collect(), range: any, least: Vec::new(), ..first.clone() };
         let start: Vec<f64> = known.iter().flat_map(|(_, coefficients)| coefficients).copied().collect();
-        let way = Way { units: vec![1.0; start.len()], candidate, first: 0 };
-        let way = Way { units: relinearise::units(&self.posed, &way, &start), ..way };
+        let way = Way::about(&self.posed, &candidate, &start);
         let bent = relinearise::about(&self.posed, &self.scales, &way, &start)?;
         let mut remaining = bent.coefficients.into_iter();
         let with = |(candidate, coefficients): &Known| {

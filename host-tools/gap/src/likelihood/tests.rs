@@ -3,7 +3,7 @@
 
 use logs::robot::Robot;
 use logs::runs::{RawRun, Row, Rows, Runs};
-use model::effects::Regressor;
+use model::effects::{Candidate, Regressor};
 use model_core::effects::Term;
 use model_core::estimator::Sample;
 use model_core::filter::{Channel, LowPass};
@@ -13,10 +13,12 @@ use nalgebra::{DMatrix, DVector};
 use super::evidence::{Marginal, Shape, Totals, Variances, gain_of_several, reduce};
 use super::noise::{Noise, Told};
 use super::priors::ORDER;
+use super::question::Question;
 use super::rows::Kept;
 use super::{LEVEL, investigate};
+use crate::report::{Report, Rival, example};
 use residuals::predictor::{Predictor, State};
-use residuals::types::{Base, Options, Verdict};
+use residuals::types::{Base, Named, Options, Verdict};
 
 /// Normal values: sums of twelve numbers of a multiplier.
 struct Normal(u64);
@@ -152,7 +154,7 @@ fn runs(count: u32, effects: &[(Regressor, f64)], normal: &mut Normal) -> Runs {
     runs
 }
 
-fn asked(effects: &[(Regressor, f64)]) -> crate::report::Report {
+fn asked(effects: &[(Regressor, f64)]) -> Report {
     let mut normal = Normal(11);
     let clean = runs(6, &[], &mut normal);
     let field = runs(6, effects, &mut normal);
@@ -194,7 +196,7 @@ fn the_effect_that_is_hidden_leads() {
     assert!((report.effects[0].coefficients[0] / 0.03 - 1.0).abs() < 0.1, "{:?}", report.effects[0]);
     let confirmed = report.likelihood.as_ref().unwrap().predictive.unwrap();
     assert!(confirmed.mean > confirmed.half_width.unwrap(), "{confirmed:?}");
-    let gate = report.likelihood.as_ref().unwrap().gate.unwrap();
+    let gate = report.relabelled.unwrap();
     assert!(!gate.is_shut(), "{gate:?}");
 }
 
@@ -218,6 +220,72 @@ fn a_second_effect_is_named_beside_the_first() {
     };
     assert!((drag / 0.06 - 1.0).abs() < 0.2 && (slope / 0.02 - 1.0).abs() < 0.2, "{named:?}");
     assert_eq!(report.rounds.len(), 3);
+}
+
+/// A gap without a name, held to runs with these effects.
+fn unexplained(clean: &Runs, field: &Runs) -> Report {
+    let base = base(TorqueModel::from_array(TORQUE));
+    let options = Options::default();
+    let question = Question::of(field, Some(clean), &base, &options);
+    example::report(Verdict::Unexplained).weighed(&question.asked(&base, &options, LEVEL))
+}
+
+/// A drag of another size in every run, clean or not, is nothing of the field.
+#[test]
+fn a_gap_that_other_labels_show_is_none() {
+    let mut normal = Normal(21);
+    let differing = |normal: &mut Normal| {
+        let drags: Vec<_> = (0..6)
+            .map(|run| (Regressor::InRun(run, Term::Drag(0)), 0.03 * normal.coloured(1, 1.0)[0]))
+            .collect();
+        runs(6, &drags, normal)
+    };
+    let (clean, field) = (differing(&mut normal), differing(&mut normal));
+    let report = unexplained(&clean, &field);
+    assert_eq!(report.verdict, Verdict::None, "{:?}", report.relabelled);
+}
+
+/// The same drag in all field runs, or drags of any sign in these alone.
+#[test]
+fn a_gap_of_the_field_alone_stays() {
+    let mut normal = Normal(22);
+    let clean = runs(6, &[], &mut normal);
+    let shared = runs(6, &[(Regressor::Term(Term::Drag(0)), 0.03)], &mut normal);
+    let signs = [0.1, -0.1, 0.1, -0.1, 0.1, -0.1];
+    let drags = signs.iter().enumerate().map(|(run, drag)| (Regressor::InRun(run, Term::Drag(0)), *drag));
+    let scattered = runs(6, &drags.collect::<Vec<_>>(), &mut normal);
+    for field in [shared, scattered] {
+        let report = unexplained(&clean, &field);
+        assert_eq!(report.verdict, Verdict::Unexplained, "{:?}", report.relabelled);
+    }
+}
+
+/// A drag of the left wheel beside a slope in a tie: the slope is struck.
+#[test]
+fn an_improbable_rival_is_struck() {
+    let mut normal = Normal(23);
+    let clean = runs(6, &[], &mut normal);
+    let drag = Regressor::Term(Term::Drag(0));
+    let field = runs(6, &[(drag.clone(), 0.03)], &mut normal);
+    let base = base(TorqueModel::from_array(TORQUE));
+    let options = Options::default();
+    let question = Question::of(&field, Some(&clean), &base, &options);
+    let asked = question.asked(&base, &options, LEVEL);
+    let rival = |regressor: &Regressor, size| {
+        let with = |candidate: &&Candidate| candidate.regressors == [regressor.clone()];
+        let candidate = question.list.iter().find(with).unwrap().clone();
+        let state = State { torque: base.torque, effects: vec![(regressor.clone(), size)] };
+        Rival { candidate, state }
+    };
+    let slope = Regressor::Term(Term::GradeAhead);
+    let tie = vec![rival(&drag, 0.03), rival(&slope, 0.01)];
+    let given = example::report(Verdict::Ambiguous);
+    let named = Named { candidate: tie[0].candidate.clone(), ..given.effects[1].clone() };
+    let (effects, ambiguous_with) = (vec![named], vec!["grade".to_owned()]);
+    let report = Report { effects, ambiguous_with, ties: vec![tie], ..given }.weighed(&asked);
+    assert_eq!((report.verdict, &report.ambiguous_with[..]), (Verdict::Named, &[][..]));
+    assert_eq!(report.rivals[0].0.as_str(), "wheel-drag");
+    assert!(report.rivals[0].1 > 0.99, "{:?}", report.rivals);
 }
 
 /// From coefficients that are a fifth off, the base goes back to the one that made the clean runs.

@@ -46,6 +46,9 @@ pub fn told(
 /// Variance of what the others share, in variances of the noise.
 const ANY_SIZE: f64 = 1e2;
 
+/// Added to a diagonal of ones, so that rounding takes none of it below nothing.
+const RIDGE: f64 = 1e-10;
+
 /// What does not change from step to step. Unknowns are logarithms of the groups' variances: in all
 /// runs alike, then from run to run.
 struct Problem<'a> {
@@ -155,13 +158,13 @@ impl Run {
 }
 
 /// Base and functions as they are likeliest.
-struct Solved {
-    values: DVector<f64>,
+pub(super) struct Solved {
+    pub(super) values: DVector<f64>,
     covariance: DMatrix<f64>,
 }
 
 impl Solved {
-    fn of(all: &DMatrix<f64>, shape: Shape, variances: &Variances) -> Option<Self> {
+    pub(super) fn of(all: &DMatrix<f64>, shape: Shape, variances: &Variances) -> Option<Self> {
         let size = shape.base + shape.functions;
         let mut matrix = all.view((1, 1), (size, size)).into_owned();
         let mut inner = matrix.view_mut((0, 0), (shape.base, shape.base));
@@ -170,7 +173,9 @@ impl Solved {
             matrix[(shape.base + k, shape.base + k)] += 1.0 / variance;
         }
         let scales = matrix.diagonal().map(|x| x.sqrt().recip());
-        let scaled = DMatrix::from_fn(size, size, |i, j| matrix[(i, j)] * scales[i] * scales[j]);
+        let ridge = |i, j| if i == j { RIDGE } else { 0.0 };
+        let scaled =
+            DMatrix::from_fn(size, size, |i, j| matrix[(i, j)] * scales[i] * scales[j] + ridge(i, j));
         let inverse = inverse(scaled)?;
         let covariance = DMatrix::from_fn(size, size, |i, j| inverse[(i, j)] * scales[i] * scales[j]);
         let right = all.view((1, 0), (size, 1)).column(0).into_owned();

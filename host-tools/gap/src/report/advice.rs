@@ -4,6 +4,7 @@ use std::collections::HashSet;
 
 use model::effects::{PITCH, PROCESSOR, find};
 
+use crate::likelihood::Gate;
 use crate::refit;
 use crate::report::Report;
 use crate::words;
@@ -76,7 +77,7 @@ pub fn next_steps(report: &Report) -> Vec<String> {
              hold all that the robot does, or look for what the form lacks"
                 .to_owned(),
         ],
-        Verdict::None if report.is_off() => vec![
+        Verdict::None if report.is_off() || report.relabelled.is_some_and(Gate::is_shut) => vec![
             "the model is off by more than the noise in clean runs, too, or in no way that lasts: refit with more clean runs, or another model"
                 .to_owned(),
         ],

@@ -69,7 +69,10 @@ pub(crate) fn report(verdict: Verdict) -> Report {
         clean_structure: None,
         refit: Vec::new(),
         ties: Vec::new(),
+        rivals: Vec::new(),
         likelihood: None,
+        relabelled: None,
+        notes: Vec::new(),
         basis: Some(Basis {
             drive: Drive::Dissipative,
             clean_delay: 0.0,

@@ -22,6 +22,8 @@ Keys of --json, always all there; watts and SI units; null where something is no
                      columns coefficient is the greatest in size (of a slope in a direction of the world its size), and
                      detail has all as coefficients and std_errs, in the order of detail.runs where they belong to runs
   ambiguous_with     ids of effects that explain as much
+  rivals             of a tie: the probability of each cause among these, by its id; a rival that is
+                     not in the smallest set of 95 % is struck. Null where it is not known
   suggested_profile  file with a drive that parts them, or null
   manoeuvre          what to drive where there is a tie, and what is expected of it; null without one
   gap_before_w       RMS of measured less predicted power over the locked runs, behind the filter
@@ -45,10 +47,12 @@ Keys of --json, always all there; watts and SI units; null where something is no
                      beyond noise; null where clean runs are fewer than six
   refit              terms that the clean runs ask for and the coefficients lack: term, gain, std_err; nothing is named before a refit
   posterior          of --engine likelihood: none, something_else, effects (by id), each with its
-                     probability; relabelled: the share of relabelled sets that show as much, null
-                     where it was not asked; predictive: nats_a_run by which a field run is likelier
-                     when the first name is told of the others, its 95 % half_width, and runs; null
-                     without a name or where it lives in single runs; notes. Null with the rules
+                     probability; predictive: nats_a_run by which a field run is likelier when the
+                     first name is told of the others, its 95 % half_width, and runs; null without
+                     a name or where it lives in single runs. Null with the rules
+  relabelled         share: how often as much is seen when other runs are called the field, and the
+                     level that is allowed; null where it was not asked
+  notes              what is less sure than it might be, and why
   noise_floor_how    how the noise floor was estimated
   base_moves         parameters of the base: before, after
   not_testable       effects that these runs cannot show: id, reason
@@ -77,6 +81,9 @@ pub fn json(report: &Report, beside: Beside<'_>) -> Value {
     out.insert("verdict".to_owned(), json!(report.verdict));
     out.insert("effects".to_owned(), report.effects.iter().map(effect).collect());
     out.insert("ambiguous_with".to_owned(), json!(report.ambiguous_with));
+    let rivals: Map<String, Value> =
+        report.rivals.iter().map(|(id, probability)| (id.clone(), json!(probability))).collect();
+    out.insert("rivals".to_owned(), json!((!rivals.is_empty()).then_some(rivals)));
     out.insert("suggested_profile".to_owned(), json!(beside.profile));
     out.insert("manoeuvre".to_owned(), beside.suggestion.map_or(Value::Null, Suggestion::json));
     out.insert("gap_before_w".to_owned(), json!(confirmed.before_w));
@@ -98,6 +105,9 @@ pub fn json(report: &Report, beside: Beside<'_>) -> Value {
     out.insert("clean_structure".to_owned(), json!(report.clean_structure));
     out.insert("refit".to_owned(), json!(report.refit));
     out.insert("posterior".to_owned(), report.likelihood.as_ref().map_or(Value::Null, posterior));
+    let relabelled = report.relabelled.map(|gate| json!({"share": gate.share, "level": gate.level}));
+    out.insert("relabelled".to_owned(), json!(relabelled));
+    out.insert("notes".to_owned(), json!(report.notes));
     out.insert("noise_floor_how".to_owned(), json!(confirmed.floor_how));
     out.insert("base_moves".to_owned(), report.base_moves());
     out.insert("not_testable".to_owned(), json!(report.not_testable));
@@ -113,13 +123,11 @@ fn posterior(likelihood: &Likelihood) -> Value {
         "none": likelihood.posterior.none,
         "something_else": likelihood.posterior.something_else,
         "effects": effects,
-        "relabelled": likelihood.gate.map(|gate| gate.share),
         "predictive": likelihood.predictive.map(|gain| json!({
             "nats_a_run": gain.mean,
             "half_width": gain.half_width,
             "runs": gain.count,
         })),
-        "notes": likelihood.notes,
     })
 }
 

@@ -65,10 +65,16 @@ pub struct Report {
     /// Rivals of each round that ended in a tie, the winner first, in all ways in which each may
     /// show.
     pub ties: Vec<Vec<Rival>>,
+    /// Probability of each cause of a tie among these, the likeliest first, where it is known.
+    pub rivals: Vec<(String, f64)>,
     /// What predictions rest on.
     pub basis: Option<Basis>,
     /// Probabilities of causes, with the likelihood engine.
     pub likelihood: Option<likelihood::Likelihood>,
+    /// How often relabelled runs show as much, where they were asked.
+    pub relabelled: Option<likelihood::Gate>,
+    /// What is less sure than it might be, and why.
+    pub notes: Vec<String>,
 }
 
 /// One of several hypotheses that explain a gap about as well.
@@ -108,6 +114,25 @@ impl Report {
         self
     }
 
+    /// With another verdict, and without any name.
+    #[must_use]
+    pub fn without_names(self, verdict: Verdict) -> Self {
+        let mut localisation = self.localisation;
+        for cell in &mut localisation {
+            (cell.mean_after_w, cell.band_after_w) = (None, None);
+        }
+        Self {
+            verdict,
+            effects: Vec::new(),
+            ambiguous_with: Vec::new(),
+            ties: Vec::new(),
+            residuals: (self.residuals.0, None),
+            localisation,
+            covariance: None,
+            ..self
+        }
+    }
+
     /// Whether the logs hold power only.
     pub fn is_power_only(&self) -> bool {
         self.basis.is_none()
@@ -123,6 +148,20 @@ impl Report {
     /// effects.
     pub fn hides(&self) -> bool {
         self.clean_structure.is_some_and(|shown| MARGIN * shown > STRUCTURE)
+    }
+
+    /// How probable causes are, where it is known, the likeliest first: every one of at least 1 %
+    /// beside nothing and something else, or those of a tie.
+    pub fn probabilities(&self) -> Vec<(&str, f64)> {
+        let Some(likelihood) = &self.likelihood else {
+            return self.rivals.iter().map(|(id, probability)| (id.as_str(), *probability)).collect();
+        };
+        let posterior = &likelihood.posterior;
+        let likely = posterior.effects.iter().filter(|cause| cause.probability >= 0.01);
+        let mut all: Vec<(&str, f64)> = likely.map(|cause| (cause.id.as_str(), cause.probability)).collect();
+        all.extend([("nothing new", posterior.none), ("something else", posterior.something_else)]);
+        all.sort_by(|a, b| b.1.total_cmp(&a.1));
+        all
     }
 
     /// The gap that is closed on locked runs, if it could be tested.

@@ -2,7 +2,7 @@
 
 use super::advice;
 use super::localise::Cell;
-use crate::likelihood::Likelihood;
+use crate::likelihood::Gate;
 use crate::report::Report;
 use crate::words;
 use numerics::intervals::MeanInterval;
@@ -31,14 +31,17 @@ pub fn text(report: &Report) -> String {
     for named in report.effects.iter().take(EFFECTS) {
         say(2, &effect(named));
     }
-    if let Some(likelihood) = &report.likelihood {
-        say(0, &probabilities(likelihood));
-        if let Some(gain) = &likelihood.predictive {
-            say(0, &confirmed(gain));
-        }
-        for note in &likelihood.notes {
-            say(2, note);
-        }
+    if let Some(probabilities) = probabilities(report) {
+        say(0, &probabilities);
+    }
+    if let Some(gain) = report.likelihood.as_ref().and_then(|likelihood| likelihood.predictive.as_ref()) {
+        say(0, &confirmed(gain));
+    }
+    if let Some(gate) = report.relabelled {
+        say(0, &relabelled(gate));
+    }
+    for note in &report.notes {
+        say(2, note);
     }
     say(0, &gap(report));
     say(2, &format!("noise floor: {}", report.confirmed.floor_how));
@@ -71,22 +74,21 @@ pub fn text(report: &Report) -> String {
     out.join("\n") + "\n"
 }
 
-/// How probable each cause is, the likeliest first; those of less than 1 % together.
-fn probabilities(likelihood: &Likelihood) -> String {
-    let posterior = &likelihood.posterior;
-    let likely = posterior.effects.iter().filter(|cause| cause.probability >= 0.01);
-    let mut all: Vec<(&str, f64)> = likely.map(|cause| (cause.id.as_str(), cause.probability)).collect();
-    all.extend([("nothing new", posterior.none), ("something else", posterior.something_else)]);
-    all.sort_by(|a, b| b.1.total_cmp(&a.1));
+/// How probable each cause is; `None` where it is not known.
+fn probabilities(report: &Report) -> Option<String> {
+    let all = report.probabilities();
     let each = all.iter().map(|(name, probability)| format!("{name} {:.1} %", 100.0 * probability));
-    let gate = likelihood.gate.map_or(String::new(), |gate| {
-        format!(
-            "; {:.1} % of relabelled sets show as much, {:.1} % are allowed",
-            100.0 * gate.share,
-            100.0 * gate.level
-        )
-    });
-    format!("Probability: {}{gate}.", each.collect::<Vec<_>>().join(", "))
+    let among = if report.likelihood.is_some() { "" } else { " among these" };
+    (!all.is_empty()).then(|| format!("Probability{among}: {}.", each.collect::<Vec<_>>().join(", ")))
+}
+
+/// How often other labels of the runs show as much.
+pub(super) fn relabelled(gate: Gate) -> String {
+    let [share, level] = [gate.share, gate.level].map(|share| 100.0 * share);
+    let so = if gate.is_shut() { "it may be how clean runs differ" } else { "it is of the field" };
+    format!(
+        "If other runs are called the field, as much shows in {share:.1} % of cases ({level:.0} % allowed): {so}."
+    )
 }
 
 /// How well the runs predict each other.

@@ -179,6 +179,26 @@ pub(super) fn course(course: &Course) -> Result<Markup> {
     figure(panel, WHOLE, &format!("Power over time, {name}"), &about)
 }
 
+/// Probability of each cause, where it is known.
+pub(super) fn probabilities(report: &Report) -> Result<Option<Markup>> {
+    let all = report.probabilities();
+    let rows: Vec<_> =
+        all.iter().map(|(id, probability)| (first_letters(id), vec![(0, 100.0 * probability)])).collect();
+    let Some(likeliest) = rows.first() else { return Ok(None) };
+    let about = format!("{} is the likeliest, with {:.1} %.", likeliest.0, likeliest.1[0].1);
+    let height = 140 + 26 * rows.len() as u32;
+    let title = "How probable each cause is";
+    let bars = Bars {
+        title: title.to_owned(),
+        x_label: "probability (%)".to_owned(),
+        series: vec![("probability".to_owned(), palette(0))],
+        rows,
+        line: None,
+        most: Some(100.0),
+    };
+    figure(bars, (WHOLE.0, height), title, &about).map(Some)
+}
+
 /// Candidates of a round that are drawn: all of the dictionary, and some users' own.
 const DRAWN: usize = 32;
 

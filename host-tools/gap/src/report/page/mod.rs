@@ -57,6 +57,7 @@ pub fn text(
     let body = html! {
         (sections::verdict(report, inputs))
         (sections::effects(report))
+        (sections::probabilities(report)?)
         (sections::next(report))
         (sections::gap(report)?)
         (sections::maps(&report.localisation, &picture.map)?)

@@ -85,6 +85,15 @@ pub(super) fn effects(report: &Report) -> Markup {
     }
 }
 
+pub(super) fn probabilities(report: &Report) -> Result<Markup> {
+    let labels = report.relabelled.map(summary::relabelled);
+    Ok(html! {
+        @if let Some(figure) = figures::probabilities(report)? { (figure) }
+        @if let Some(labels) = labels { p { (labels) } }
+        @for note in &report.notes { p class="soft" { (note) "." } }
+    })
+}
+
 pub(super) fn next(report: &Report) -> Markup {
     let steps = advice::next_steps(report);
     let heading = match report.verdict {
