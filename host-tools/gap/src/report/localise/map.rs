@@ -69,19 +69,28 @@ fn over(x: &Signal, y: &Signal, before: &Signal, after: Option<&Signal>) -> Vec<
 }
 
 /// A round step that divides the middle nine tenths of the values into [`SQUARES`] at most: a few
-/// spins shall not make it coarse.
+/// spins shall not make it coarse. Where nearly all values are alike, a tenth of their whole range.
 fn step(values: &Signal) -> f64 {
     let mut sorted: Vec<f64> = values.iter().flatten().copied().collect();
     sorted.sort_by(f64::total_cmp);
     let at = |share: usize| sorted.get(share * sorted.len() / 20).copied().unwrap_or(0.0);
-    let least = (at(19) - at(1)) / SQUARES;
+    let whole = sorted.last().zip(sorted.first()).map_or(0.0, |(last, first)| last - first);
+    let least = (at(19) - at(1)).max(0.1 * whole) / SQUARES;
     let below = round_step(least);
     [1.0, 2.0, 2.5, 5.0].map(|factor| factor * below).into_iter().find(|step| *step >= least).unwrap_or(below)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::over;
+    use super::{over, step};
+
+    /// Nearly all rows at a constant speed: squares follow the few that are not.
+    #[test]
+    fn values_that_are_nearly_all_alike_make_no_thin_squares() {
+        let mut values = vec![1e-12; 1000];
+        values.extend([-0.5, 0.5]);
+        assert!((0.001..0.1).contains(&step(&vec![values])));
+    }
 
     /// A residual of 1 W where x and y are both above 0, in four runs over a grid of values; after:
     /// nothing.
