@@ -16,24 +16,35 @@ use serde_json::Value;
 /// Total masses of the test drives, kg: over the whole range, not only near its middle.
 const MASSES: [f64; 6] = [1.5, 2.25, 3.0, 4.0, 4.75, 5.5];
 
+#[derive(Clone, Copy)]
 struct Plant {
     name: &'static str,
     simulate: &'static [&'static str],
+    sensors: &'static str,
     windows_s: &'static [f64],
+    /// Standard deviation of a sample's power noise, W.
+    noise_w: f64,
 }
 
 const PLANTS: [Plant; 2] = [
     Plant {
         name: "Table 3, exact speeds, 100 Hz",
-        simulate: &["--plant", "table3", "--sensors", "exact", "--rate", "100"],
+        simulate: &["--plant", "table3", "--rate", "100"],
+        sensors: "exact",
         windows_s: &[10.0],
+        noise_w: 0.0,
     },
     Plant {
         name: "servo, sensors, 200 Hz",
-        simulate: &["--plant", "servo", "--sensors", "servo", "--rate", "200"],
+        simulate: &["--plant", "servo", "--rate", "200"],
+        sensors: "servo",
         windows_s: &[12.5, 25.0],
+        noise_w: 0.1,
     },
 ];
+
+/// The bound compares drives whose masses differ by this share.
+const APART: f64 = 0.02;
 
 /// A model and how it finds the mass.
 const METHODS: [(&str, &[&str], &[&str]); 3] = [
@@ -48,6 +59,8 @@ struct Outcome {
     mass: f64,
     error_percent: f64,
     contains: bool,
+    /// Cramér and Rao's: the least standard deviation by the noise of the power alone.
+    bound_percent: f64,
 }
 
 /// Which plant, which window length, which method.
@@ -117,6 +130,7 @@ fn simulate(plant: &Plant, profile: &str, duration: &str, mass: &str, seed: u64,
     let seed = seed.to_string();
     let mut arguments = vec!["simulate", "--profile", profile, "--duration", duration, "--mass", mass];
     arguments.extend(["--seed", &seed, "--out", out.to_str().expect("plain path")]);
+    arguments.extend(["--sensors", plant.sensors]);
     arguments.extend(plant.simulate);
     gmr(&arguments);
 }
@@ -126,12 +140,19 @@ fn run_seed(folder: &Path, plant_index: usize, seed: u64) -> Vec<(Key, Row)> {
     let file = |name: &str| folder.join(format!("{plant_index}-{seed}-{name}"));
     let train = file("train.csv");
     simulate(plant, "training", "200", "1@0,6@100", seed, &train);
-    let tests: Vec<(f64, PathBuf)> = MASSES
+    let tests: Vec<(f64, PathBuf, Vec<f64>)> = MASSES
         .iter()
         .map(|mass| {
             let log = file(&format!("{mass}.csv"));
             simulate(plant, "test", "100", &format!("{mass}@0"), 1000 + seed, &log);
-            (*mass, log)
+            let exact = Plant { sensors: "exact", ..*plant };
+            let [power, heavier] = [*mass, mass * (1.0 + APART)].map(|mass| {
+                let log = file("exact.csv");
+                simulate(&exact, "test", "100", &format!("{mass}@0"), 1000 + seed, &log);
+                numbers(&log).map(|row| row[3]).collect::<Vec<f64>>()
+            });
+            let slopes = power.iter().zip(heavier).map(|(power, heavier)| (heavier - power) / (APART * mass));
+            (*mass, log, slopes.collect())
         })
         .collect();
     let mut rows = Vec::new();
@@ -150,7 +171,7 @@ fn run_seed(folder: &Path, plant_index: usize, seed: u64) -> Vec<(Key, Row)> {
                 row.iterations.extend(pgd["iterations"].as_f64());
                 row.pgd_s.extend(pgd["seconds"].as_f64());
             }
-            for (mass, log) in &tests {
+            for (mass, log, slopes) in &tests {
                 let window_text = window.to_string();
                 let mut arguments = vec![
                     "estimate",
@@ -162,24 +183,36 @@ fn run_seed(folder: &Path, plant_index: usize, seed: u64) -> Vec<(Key, Row)> {
                 arguments.extend(["--window", &window_text]);
                 arguments.extend(*estimate);
                 arguments.push(log.to_str().expect("plain path"));
-                add(&mut row, &gmr(&arguments), *mass, &moving(log), *window);
+                let bound = |begin: f64, end: f64| {
+                    let rate = slopes.len() as f64 / 100.0;
+                    let [begin, end] = [begin, end].map(|time| ((time * rate) as usize).min(slopes.len()));
+                    let information: f64 = slopes[begin..end].iter().map(|slope| slope * slope).sum();
+                    100.0 * plant.noise_w / information.sqrt() / mass
+                };
+                add(&mut row, &gmr(&arguments), *mass, &moving(log), *window, bound);
             }
             rows.push(((plant_index, window_index, method_index), row));
         }
     }
-    for file in tests.iter().map(|(_, log)| log).chain([&train]) {
+    for file in tests.iter().map(|(_, log, _)| log).chain([&train]) {
         std::fs::remove_file(file).expect("the log was there");
     }
     rows
 }
 
+/// The rows of a log.
+fn numbers(log: &Path) -> impl Iterator<Item = Vec<f64>> {
+    let text = std::fs::read_to_string(log).expect("the log is there");
+    let rows: Vec<Vec<f64>> =
+        text.lines().skip(1).map(|line| line.split(',').flat_map(str::parse).collect()).collect();
+    rows.into_iter()
+}
+
 /// Share of each second in which some wheel turns.
 fn moving(log: &Path) -> Vec<f64> {
-    let text = std::fs::read_to_string(log).expect("the log is there");
     let mut seconds: Vec<(f64, f64)> = Vec::new();
-    for line in text.lines().skip(1) {
-        let fields: Vec<f64> = line.split(',').take(3).filter_map(|field| field.parse().ok()).collect();
-        let &[time, left, right] = &fields[..] else { continue };
+    for row in numbers(log) {
+        let &[time, left, right, ..] = &row[..] else { continue };
         let second = time as usize;
         if seconds.len() <= second {
             seconds.resize(second + 1, (0.0, 0.0));
@@ -192,7 +225,14 @@ fn moving(log: &Path) -> Vec<f64> {
     seconds.iter().map(|(moving, all)| moving / all).collect()
 }
 
-fn add(row: &mut Row, estimate: &Value, mass: f64, moving: &[f64], window_s: f64) {
+fn add(
+    row: &mut Row,
+    estimate: &Value,
+    mass: f64,
+    moving: &[f64],
+    window_s: f64,
+    bound_percent: impl Fn(f64, f64) -> f64,
+) {
     row.r2.extend(estimate["r2"].as_f64());
     row.mape.extend(estimate["mape_percent"].as_f64());
     for window in estimate["windows"].as_array().into_iter().flatten() {
@@ -212,6 +252,7 @@ fn add(row: &mut Row, estimate: &Value, mass: f64, moving: &[f64], window_s: f64
                 mass,
                 error_percent: 100.0 * (found / mass - 1.0).abs(),
                 contains: low <= mass + 1e-9 && mass - 1e-9 <= high,
+                bound_percent: bound_percent(begin, end),
             }),
             _ => row.unknown += 1,
         }
@@ -250,9 +291,9 @@ fn report(results: &[(Key, Row)], seeds: u64) -> ExitCode {
     let mut failures = Vec::new();
     println!("{seeds} seeds, test masses {MASSES:?} kg, mean ± standard deviation over drives\n");
     println!(
-        "| plant | window | method | mean mass error | 99th percentile | worst | in 95 % interval | unknown | R² | MAPE |"
+        "| plant | window | method | mean mass error | rms | bound | 99th percentile | worst | in 95 % interval | unknown | R² | MAPE |"
     );
-    println!("|---|---|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|---|---|---|");
     for (plant, settings) in PLANTS.iter().enumerate() {
         for (window, window_s) in settings.windows_s.iter().enumerate() {
             for (method, (name, _, _)) in METHODS.iter().enumerate() {
@@ -265,12 +306,16 @@ fn report(results: &[(Key, Row)], seeds: u64) -> ExitCode {
                 let mut errors: Vec<f64> = row.windows.iter().map(|outcome| outcome.error_percent).collect();
                 errors.sort_by(f64::total_cmp);
                 let average = mean(errors.iter().copied());
+                let squares =
+                    |value: fn(&Outcome) -> f64| mean(row.windows.iter().map(|one| value(one).powi(2)));
+                let rms = squares(|outcome| outcome.error_percent).sqrt();
+                let bound = squares(|outcome| outcome.bound_percent).sqrt();
                 let high = errors.get(errors.len() * 99 / 100).copied().unwrap_or(f64::NAN);
                 let worst = errors.last().copied().unwrap_or(f64::NAN);
                 let inside = mean(row.windows.iter().map(|outcome| f64::from(u8::from(outcome.contains))));
                 let (r2, mape) = (mean(row.r2.iter().copied()), mean(row.mape.iter().copied()));
                 println!(
-                    "| {} | {window_s} s | {name} | {average:.2} % | {high:.2} % | {worst:.2} % (at {worst_mass} kg) | {:.1} % | {} of {} | {r2:.5} ± {:.5} | {mape:.2} ± {:.2} % |",
+                    "| {} | {window_s} s | {name} | {average:.2} % | {rms:.3} % | {bound:.3} % | {high:.2} % | {worst:.2} % (at {worst_mass} kg) | {:.1} % | {} of {} | {r2:.5} ± {:.5} | {mape:.2} ± {:.2} % |",
                     settings.name,
                     100.0 * inside,
                     row.unknown,

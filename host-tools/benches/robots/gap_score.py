@@ -1,4 +1,4 @@
-"""What `gmr gap` made of the MuJoCo sets: right, in the set of names, wrong; alarms without effect.
+"""What `gmr gap` made of the MuJoCo sets: right, in the set of names, wrong; alarms without effect; causes off the list.
 
     python gap_score.py JUDGE RESULT.jsonl
 
@@ -11,6 +11,7 @@ from collections import Counter
 
 sys.path.insert(0, sys.argv[1])
 
+from gap_foreign import FOREIGN
 from verdicts import judge
 
 ORDER = ("right", "twins", "tie", "extra", "WRONG", "false-tie", "unexplained", "none")
@@ -23,6 +24,15 @@ def main():
     for robot, engine in dict.fromkeys((l["robot"], l["engine"]) for l in lines):
         own = [l for l in lines if (l["robot"], l["engine"]) == (robot, engine)]
         known, free = [l for l in own if l["effect"]], [l for l in own if not l["effect"]]
+        foreign = [l for l in known if l["effect"][0] in FOREIGN]
+        if foreign:
+            verdicts = Counter(l["verdict"] for l in foreign)
+            print(f"{robot}, {engine}: {len(foreign)} sets with a cause off the list: named {verdicts['named']}, in a tie {verdicts['ambiguous']}, "
+                  f"unexplained {verdicts['unexplained']}, none {verdicts['none']}")
+            for l in foreign:
+                print(f"  {l['effect'][0]:<18} seed {l['seed']}: {l['verdict']:<12} {', '.join(l['named'])}"
+                      + (f"; or {', '.join(l['ties'])}" if l["ties"] else ""))
+            continue
 
         def share(*what):
             return 100.0 * sum(l["judged"] in what for l in known) / max(len(known), 1)

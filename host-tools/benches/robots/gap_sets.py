@@ -1,6 +1,6 @@
 """Sets for the gap workflow on the MuJoCo robots: six clean runs, ten in the field with an effect or none; and gmr's answer.
 
-    python gap_sets.py OUT.jsonl --gmr PATH --work FOLDER [--free 100] [--free-other 25] [--robots …] [--effects …]
+    python gap_sets.py OUT.jsonl --gmr PATH --work FOLDER [--free 100] [--free-other 25] [--robots …] [--effects … | --foreign]
                        [--seeds 1 6] [--engines rules likelihood] [--jobs 2]
 
 One line of JSON a set and engine, as tests/reference/gap_judge/tally.py reads it. Sets without effect draw their drives from those of all
@@ -20,7 +20,9 @@ import drives
 import generate
 import sensors
 import simulate
+import gap_foreign
 from gap_effects import EFFECTS, ONLY_LOGGED, Scene
+from gap_foreign import FOREIGN
 from gmr import Failed, Gmr
 from plants import PLANTS, Load, xml
 
@@ -41,16 +43,17 @@ def affected(plant, seed, place, effect):
     """A field run's scene with an effect; None for none."""
     s = scene(plant, seed, place, False)
     if effect:
-        number = sorted(EFFECTS).index(effect)
+        # Sets of an effect stay as they are, whatever else there is.
+        number = sorted(EFFECTS).index(effect) if effect in EFFECTS else 100 + sorted(FOREIGN).index(effect)
         common = np.random.default_rng([seed, number, 2])
         size = common.uniform(0.6, 1.6)
-        EFFECTS[effect](s, size, common, np.random.default_rng([seed, number, place, 3]))
+        (EFFECTS | FOREIGN)[effect](s, size, common, np.random.default_rng([seed, number, place, 3]))
     return s
 
 
 def driven(records, plant, seed, place, clean, effect):
     """The simulated drive, from the folder of records where it is there."""
-    bare = None if effect in ONLY_LOGGED else effect
+    bare = None if effect in ONLY_LOGGED | gap_foreign.ONLY_LOGGED else effect
     path = records / f"{plant.name}_{seed}_{'clean' if clean else 'field'}{place}_{bare or 'none'}.npz"
     if path.exists():
         kept = np.load(path)
@@ -119,11 +122,13 @@ def main():
     parser.add_argument("--free-other", type=int, default=25, help="the same in each other kind of noise")
     parser.add_argument("--robots", nargs="+", default=list(PLANTS))
     parser.add_argument("--effects", nargs="+", default=list(EFFECTS))
+    parser.add_argument("--foreign", action="store_true", help="causes that the dictionary lacks in the place of effects")
     parser.add_argument("--seeds", nargs=2, type=int, default=[1, 6])
     parser.add_argument("--engines", nargs="+", choices=["rules", "likelihood"], default=["rules"])
     parser.add_argument("--jobs", type=int, default=2)
     a = parser.parse_args()
     gmr, work = Gmr(a.gmr), a.work.resolve()
+    a.effects = list(FOREIGN) if a.foreign else a.effects
     first, end = a.seeds
     count = end - first
     todo = []

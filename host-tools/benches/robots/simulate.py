@@ -25,6 +25,8 @@ class Changes:
     loss: float = 1.0                      # gear loss by load: factor of both
     resistance: object = None              # factor of the winding's resistance at a time, or None
     supply: object = None                  # factor of the supply's voltage at a time and battery current, or None
+    # Further torque against the wheel's positive sense, N·m, of (side, its angle and speed, the gear's load, time).
+    brake: object = None
     ground_at: list = field(default_factory=list)   # (from time, slide factor, roll factor)
 
 
@@ -104,6 +106,8 @@ def run(plant, xml, reference, changes=None, check=False):
                 share = d.loss_forward if load * w > 0.0 else d.loss_backward
                 friction_torque = (d.coulomb * c.coulomb[s] + c.drag[s] + c.loss * share * abs(load)) * direction
                 out = torque - friction_torque - d.viscous * c.viscous * w
+                if c.brake:
+                    out -= c.brake(s, float(data.qpos[angle_at[s]]) - start[s], w, load, now)
                 applied[dof[s]] = out
                 p = volts[s] * i + d.drop * abs(i)
                 regenerative += p

@@ -43,17 +43,23 @@ pub(crate) fn gap(steps: &mut Steps) -> Result<(), Stop> {
     let python = python()?;
     steps.run("gmr", command("cargo build --quiet --release --package host-tools --bin gmr"))?;
     let work = target_folder().join("gap-mujoco");
-    let answers = work.join("answers.jsonl");
     std::fs::create_dir_all(&work).map_err(|error| Stop::new(format!("{}: {error}", work.display())))?;
-    let mut sets = Command::new(&python);
-    sets.arg(format!("{SCRIPTS}/gap_sets.py")).arg(&answers);
-    sets.arg("--gmr").arg(target_folder().join("release/gmr")).arg("--work").arg(&work);
+    let mut scores = String::new();
     // Seeds that no constant was tuned on.
-    sets.args(["--seeds", "21", "23", "--free", "6", "--free-other", "2"]);
-    steps.run("sets and answers", sets)?;
-    let mut score = Command::new(&python);
-    score.arg(format!("{SCRIPTS}/gap_score.py")).arg(JUDGE).arg(&answers);
-    steps.work("score", || keep(MUJOCO, &text_of(score)?))
+    for (name, arguments) in [
+        ("effects", "--seeds 21 23 --free 6 --free-other 2"),
+        ("causes off the list", "--seeds 21 22 --free 0 --free-other 0 --foreign"),
+    ] {
+        let answers = work.join("answers.jsonl");
+        let mut sets = Command::new(&python);
+        sets.arg(format!("{SCRIPTS}/gap_sets.py")).arg(&answers).args(arguments.split(' '));
+        sets.arg("--gmr").arg(target_folder().join("release/gmr")).arg("--work").arg(&work);
+        steps.run(name, sets)?;
+        let mut score = Command::new(&python);
+        score.arg(format!("{SCRIPTS}/gap_score.py")).arg(JUDGE).arg(&answers);
+        scores += &text_of(score)?;
+    }
+    steps.work("score", || keep(MUJOCO, &scores))
 }
 
 /// Simulators that lack an effect: found, written into their model, and driven again.
