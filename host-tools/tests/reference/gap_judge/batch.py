@@ -2,12 +2,12 @@
 
     python batch.py OUT.jsonl --gmr PATH [--kind effects|free|foreign|pairs] [--robots servo brisk] [--sizes 0.5 1 2]
                     [--seeds 0 4] [--names …] [--mode coeffs|alone|lost] [--engines rules likelihood] [--jobs 2] [--keep FOLDER] [--minutes M]
-                    [--count N] [--known EARLIER.jsonl …]
+                    [--count N] [--known EARLIER.jsonl …] [--hard]
 
 `coeffs`: with base.toml of six clean runs; `alone`: no coefficients; `lost`: base.toml, but the clean runs are gone.
 Sets that were answered wrongly are kept in --keep. The order is shuffled by the first seed, so that the first --count of them, and what is
 done after --minutes, are a fair sample.
-Earlier results spare the search for the magnitudes.
+Earlier results spare the search for the magnitudes. `--hard`: each set has one condition of hard.py, by turns.
 """
 
 import argparse
@@ -24,6 +24,7 @@ from pathlib import Path
 
 import numpy as np
 
+import hard
 import sets
 from effects import DICTIONARY, FOREIGN, limit
 from robots import ROBOTS
@@ -59,9 +60,10 @@ def call(arguments, folder):
 def run(t):
     folder = Path(tempfile.mkdtemp(prefix="judge_"))
     try:
-        truth = sets.make(folder, t["robot"], t["seed"], t["effect"], t["size"], t["kind"], t["memory"],
-                          clean=t["mode"] != "alone", known=t["known"])
-        robot = "burger" if t["robot"] == "servo" else "robot.toml"
+        with hard.sampled(t["hard"]):
+            truth = sets.make(folder, t["robot"], t["seed"], t["effect"], t["size"], t["kind"], t["memory"],
+                              clean=t["mode"] != "alone", known=t["known"], scatter=hard.SCATTER.get(t["hard"], 0.0))
+        robot = hard.apply(t["hard"], folder, "burger" if t["robot"] == "servo" else "robot.toml")
         logs = sorted(str(p.relative_to(folder)) for p in (folder / "field").glob("*.csv"))
         command = [t["gmr"], "gap", "--robot", robot, "--json"]
         if t["mode"] != "alone":
@@ -89,7 +91,7 @@ def answered(t, truth, folder, command, engine):
         return {**t, "engine": engine, "error": done.stderr[-400:]}
     (folder / "answer.json").write_text(done.stdout)
     (folder / "command.txt").write_text(" ".join(["gmr", *command[1:]]) + "\n")
-    line = {k: t[k] for k in ("robot", "seed", "effect", "size", "kind", "memory", "mode")}
+    line = {k: t[k] for k in ("robot", "seed", "effect", "size", "kind", "memory", "mode", "hard")}
     line.update(engine=engine, reached=truth["reached"], magnitude=truth["magnitude"], variant=truth["variant"], seconds=seconds,
                 verdict=answer["verdict"], named=[e["id"] for e in answer["effects"]],
                 coefficients=[[e["id"], e["coefficient"], e["std_err"]] for e in answer["effects"]],
@@ -127,6 +129,7 @@ def main():
     parser.add_argument("--keep")
     parser.add_argument("--known", nargs="*", default=[])
     parser.add_argument("--minutes", type=float)
+    parser.add_argument("--hard", action="store_true")
     parser.add_argument("--count", type=int, help="no more sets than so many")
     a = parser.parse_args()
     a.gmr = os.path.abspath(a.gmr)
@@ -138,7 +141,8 @@ def main():
                     known[line["robot"], line["seed"], effect, line["size"]] = (x, got)
     todo = list(tasks(a))
     todo = [todo[k] for k in np.random.default_rng(a.seeds[0]).permutation(len(todo))[: a.count]]
-    for t in todo:
+    for place, t in enumerate(todo):
+        t["hard"] = hard.CONDITIONS[place % len(hard.CONDITIONS)] if a.hard else None
         found = [known.get((t["robot"], t["seed"], name, t["size"])) for name in t["effect"]]
         t["known"] = found if all(found) else None
     start = time.time()

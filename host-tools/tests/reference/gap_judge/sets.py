@@ -97,9 +97,9 @@ def write(path, robot, s, kind, memory, rng):
     np.savetxt(path, table, delimiter=",", header=",".join(columns), comments="", fmt=formats)
 
 
-def make(folder, robot_name, seed, effect=(), size=0.0, kind="ar", memory=0.9, clean=True, known=None):
+def make(folder, robot_name, seed, effect=(), size=0.0, kind="ar", memory=0.9, clean=True, known=None, scatter=0.0):
     """Writes a set: clean/*.csv, field/*.csv, robot.toml, truth.json. `effect` is a tuple of names; `known` their magnitudes
-    and sizes from an earlier search."""
+    and sizes from an earlier search; `scatter` by what share rolling resistance differs from run to run."""
     robot = ROBOTS[robot_name]
     folder = Path(folder)
     (folder / "field").mkdir(parents=True, exist_ok=True)
@@ -115,6 +115,7 @@ def make(folder, robot_name, seed, effect=(), size=0.0, kind="ar", memory=0.9, c
     details = []
     for place in range(FIELD):
         s = scene(robot, runs, place, seed, effect, magnitude, variant)
+        s.rolling *= 1.0 + scatter * np.random.default_rng([seed, 9, place]).normal()
         write(folder / "field" / f"f{place:02}.csv", robot, s, kind, memory, np.random.default_rng([seed, 5, place]))
         details.append({"mass": s.mass, "noted": s.noted, "style": runs[place][1], **s.detail})
     if clean:
@@ -122,6 +123,7 @@ def make(folder, robot_name, seed, effect=(), size=0.0, kind="ar", memory=0.9, c
         before = plan(robot, seed, CLEAN, False)
         for place in range(CLEAN):
             s = scene(robot, before, place, seed, (), (), 0)
+            s.rolling *= 1.0 + scatter * np.random.default_rng([seed, 10, place]).normal()
             write(folder / "clean" / f"c{place}.csv", robot, s, kind, memory, np.random.default_rng([seed, 6, place]))
     truth = {"robot": robot_name, "seed": seed, "effect": list(effect), "size": size, "reached": reached,
              "magnitude": magnitude, "variant": variant, "noise": kind, "memory": memory, "runs": details}
