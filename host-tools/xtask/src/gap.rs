@@ -21,9 +21,11 @@ const OWN: [&str; 2] = [
 
 /// Sets of the second judge, of seeds that no constant was tuned on: effects, none, and what the
 /// dictionary lacks.
-const KINDS: [(&str, &str); 3] = [
+const KINDS: [(&str, &str); 5] = [
     ("effects", "--kind effects --count 120 --seeds 103000 103008"),
+    ("effects2", "--kind effects --count 120 --seeds 105000 105008"),
     ("free", "--kind free --count 40 --seeds 103000 103020"),
+    ("free2", "--kind free --count 160 --seeds 105000 105080"),
     ("foreign", "--kind foreign --sizes 1 --seeds 103000 103001"),
 ];
 
