@@ -126,6 +126,7 @@ impl Report {
             effects: Vec::new(),
             ambiguous_with: Vec::new(),
             ties: Vec::new(),
+            rivals: Vec::new(),
             residuals: (self.residuals.0, None),
             localisation,
             covariance: None,
