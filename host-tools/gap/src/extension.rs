@@ -72,8 +72,8 @@ pub struct Extension {
     pub noise: Noise<f64>,
 }
 
-/// Of the open runs of a report, conditioned as a board does it. `kept`: whether each named effect is added to the model, which
-/// findings about runs are not. `base`: the noise without effects, the least that is returned.
+/// Of the open runs of a report, conditioned as a board does it. `kept`: whether each named effect
+/// is added to the model, which findings about runs are not. `base`: the noise without effects, the least that is returned.
 pub fn of(runs: &Runs, report: &Report, kept: &[bool], base: &Noise<f64>) -> Option<Extension> {
     let (joint, drive) = (report.covariance.as_ref()?, report.basis.as_ref()?.drive);
     let open = runs.subset(&report.split.open);

@@ -87,7 +87,7 @@ pub(super) fn relabelled(gate: Gate) -> String {
     let [share, level] = [gate.share, gate.level].map(|share| 100.0 * share);
     let so = if gate.is_shut() { "it may be how clean runs differ" } else { "it is of the field" };
     format!(
-        "If other runs are called the field, as much shows in {share:.1} % of cases ({level:.0} % allowed): {so}."
+        "If other runs are called the field, as much shows in {share:.1} % of cases ({level:.1} % allowed): {so}."
     )
 }
 
