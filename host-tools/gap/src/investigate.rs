@@ -14,7 +14,7 @@ use nalgebra::DMatrix;
 use residuals::calibrate::shown_by_clean;
 use residuals::detect::over_dispersion::OverDispersion;
 use residuals::detect::{shape_test, structure};
-use residuals::identifiable::{also_with_one_mass, has_one_mass, unidentifiable};
+use residuals::identifiable::{also_with_one_mass, has_one_mass};
 use residuals::late;
 use residuals::name::hypothesis::Hypothesis;
 use residuals::name::{Choice, name, with_locked};
@@ -23,7 +23,7 @@ use residuals::problem::Problem;
 use residuals::problem::clean_delay;
 use residuals::problem::fit::Fitted;
 use residuals::problem::open::{open_problem, precision};
-use residuals::scope::candidates;
+use residuals::scope::Testable;
 use residuals::split;
 use residuals::thresholds::calibrate::MARGIN;
 use residuals::thresholds::confirm::LEAST_CLOSED;
@@ -43,16 +43,8 @@ pub fn investigate(runs: &Runs, clean: Option<&Runs>, base: &Base, options: &Opt
     let open = field.with_clean(clean);
     let clean_delay = clean.map_or(0.0, |clean| clean_delay::estimate(clean, base));
     let parameters = base.torque.to_array().len() - usize::from(!runs.robot.scrubs());
-    let (mut list, mut not_testable) = candidates(&field, base);
-    list.extend_from_slice(&options.user.candidates);
-    not_testable.extend_from_slice(&options.user.not_testable);
-    let mut removed = options.removed.clone();
-    for missing in unidentifiable(&base.masses_kg, runs) {
-        removed.push(missing.id.clone());
-        not_testable.push(missing);
-    }
+    let Testable { list, removed, not_testable } = Testable::of(&field, runs, base, options);
     let options = &Options { removed, ..options.clone() };
-    list.retain(|candidate| !options.removed.contains(&candidate.id));
     let clean_structure =
         clean.and_then(|clean| shown_by_clean(clean, clean_delay, base, parameters, &list, options));
     let by_noise = options.threshold;

@@ -4,31 +4,30 @@
 //! A name is confirmed on the locked runs. A gap without one has no such check, so labels give it
 //! one: an exact one, where drives are alike.
 
+use logs::runs::Runs;
 use model::effects::{Candidate, Regressor};
 
 use super::likelihood::posterior::smallest_sure;
 use super::likelihood::products::Posed;
+use super::likelihood::question::Question;
 use super::likelihood::round::Asked;
 use super::likelihood::scored::Scales;
 use super::likelihood::ways::Way;
 use super::likelihood::{Gate, bagged, relinearise};
 use super::report::{Report, Rival};
-use residuals::types::Verdict;
+use residuals::types::{Base, Options, Verdict};
 
 impl Report {
-    /// Whether there is a gap without a name, or a tie.
-    pub fn asks_for_weights(&self) -> bool {
-        matches!(self.verdict, Verdict::Unexplained | Verdict::Ambiguous)
-    }
-
     /// Takes back a gap that relabelled runs show as well, and strikes rivals that are improbable.
     #[must_use]
-    pub fn weighed(self, asked: &Asked<'_>) -> Self {
-        match self.verdict {
-            Verdict::Unexplained => self.held_to_labels(asked),
-            Verdict::Ambiguous => self.with_probabilities(asked),
-            Verdict::None | Verdict::Named => self,
-        }
+    pub fn weighed(self, runs: &Runs, clean: &Runs, base: &Base, options: &Options, level: f64) -> Self {
+        let weigh = match self.verdict {
+            Verdict::Unexplained => Self::held_to_labels,
+            Verdict::Ambiguous => Self::with_probabilities,
+            Verdict::None | Verdict::Named => return self,
+        };
+        let question = Question::of(runs, Some(clean), base, options);
+        weigh(self, &question.asked(base, options, level))
     }
 
     fn held_to_labels(mut self, asked: &Asked<'_>) -> Self {

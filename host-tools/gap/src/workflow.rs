@@ -24,7 +24,6 @@ use support::progress::StageProgress;
 
 use crate::driven_plant::Simulated;
 use crate::investigate::investigate;
-use crate::likelihood::question::Question;
 use crate::manoeuvre::{Suggestion, Wish};
 use crate::report::json::Beside;
 use crate::report::{Report, json, page};
@@ -105,13 +104,10 @@ impl Engine {
         let report = match self {
             Self::Rules => {
                 let report = investigate(runs, clean, base, options)?;
-                // A simulator's runs and measured ones cannot change places.
-                match clean.filter(|_| report.asks_for_weights() && !base.of_simulator) {
-                    None => report,
-                    Some(clean) => {
-                        let question = Question::of(runs, Some(clean), base, options);
-                        report.weighed(&question.asked(base, options, level))
-                    }
+                match clean {
+                    // A simulator's runs and measured ones cannot change places.
+                    Some(clean) if !base.of_simulator => report.weighed(runs, clean, base, options, level),
+                    _ => report,
                 }
             }
             Self::Likelihood => likelihood::investigate(runs, clean, base, options, level)?,

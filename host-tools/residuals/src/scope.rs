@@ -5,12 +5,34 @@ use logs::runs::Runs;
 use model::effects::{self, Candidate, NotTestable, Scope, ScopeColumn};
 use model_core::torque::Drive;
 
-use super::identifiable::has_one_mass;
-use super::types::Base;
+use super::identifiable::{has_one_mass, unidentifiable};
+use super::types::{Base, Options};
 
-/// Every candidate that these runs can show, and the effects that they cannot.
-pub fn candidates(runs: &Runs, base: &Base) -> (Vec<Candidate>, Vec<NotTestable>) {
-    effects::candidates(&scope(runs, base))
+/// Effects that may show in some runs, and those that cannot.
+#[derive(Debug, Clone)]
+pub struct Testable {
+    /// Those that may, the user's own included.
+    pub list: Vec<Candidate>,
+    /// Ids of those that are not asked for.
+    pub removed: Vec<String>,
+    /// Those that cannot.
+    pub not_testable: Vec<NotTestable>,
+}
+
+impl Testable {
+    /// In `shown` of all `runs`.
+    pub fn of(shown: &Runs, runs: &Runs, base: &Base, options: &Options) -> Self {
+        let (mut list, mut not_testable) = effects::candidates(&scope(shown, base));
+        list.extend_from_slice(&options.user.candidates);
+        not_testable.extend_from_slice(&options.user.not_testable);
+        let mut removed = options.removed.clone();
+        for missing in unidentifiable(&base.masses_kg, runs) {
+            removed.push(missing.id.clone());
+            not_testable.push(missing);
+        }
+        list.retain(|candidate| !removed.contains(&candidate.id));
+        Self { list, removed, not_testable }
+    }
 }
 
 fn scope(runs: &Runs, known: &Base) -> Scope {

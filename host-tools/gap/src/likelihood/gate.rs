@@ -92,13 +92,10 @@ fn share_as_great(all: &[[f64; 2]]) -> f64 {
 /// ln mean square of what base and functions leave of each run, standard deviations of the noise.
 fn scatter(posed: &Posed<'_>, scales: &Scales) -> Option<Vec<f64>> {
     let shape = posed.shape;
-    let size = 1 + shape.base + shape.functions;
+    let size = shape.further();
     let runs = scales.in_case(scales.likeliest());
-    let mut all = DMatrix::zeros(size, size);
-    for run in runs {
-        all += run.products.view((0, 0), (size, size));
-    }
-    let solved = Solved::of(&all, shape, &scales.variances)?;
+    let sums = Totals::of(shape, runs.iter().map(|run| (false, run)));
+    let solved = Solved::of(&sums.all, shape, &scales.variances)?;
     let mut leaves = DVector::from_element(size, 1.0);
     leaves.rows_mut(1, size - 1).copy_from(&-solved.values);
     let of = |run: &RunProducts| {

@@ -77,7 +77,7 @@ pub fn investigate(
     let split = split::by_run(runs)?;
     let question = Question::of(runs, clean, base, options);
     let asked = question.asked(base, options, level);
-    let Question { clean_delay, parameters, ref list, .. } = question;
+    let Question { clean_delay, parameters, ref testable, .. } = question;
     let first = asked.round(&[]).ok_or_else(|| {
         Error::failed("too few steady rows to tell the noise of the power; expected runs of a minute or so")
     })?;
@@ -116,7 +116,7 @@ pub fn investigate(
     });
     let open = runs.subset(&split.open).with_clean(clean);
     let open_predictor = Predictor { runs: &open, ..asked.predictor };
-    let problem = open_problem(open_predictor, &[], base, parameters, list, options);
+    let problem = open_problem(open_predictor, &[], base, parameters, &testable.list, options);
     let of_open = |state: &State| State { effects: at_places(state, &split.open), ..state.clone() };
     let of_locked = |state: &State| State { effects: at_places(state, &split.locked), ..state.clone() };
     let confirmed = confirm::on_locked(runs, &split, clean, base, &of_locked(&state), &problem, parameters);
@@ -144,7 +144,7 @@ pub fn investigate(
         verdict,
         effects,
         ambiguous_with,
-        not_testable: question.not_testable.clone(),
+        not_testable: testable.not_testable.clone(),
         rounds,
         localisation,
         residuals: (before, verdict.stands().then_some(after)),

@@ -225,9 +225,7 @@ fn a_second_effect_is_named_beside_the_first() {
 /// A gap without a name, held to runs with these effects.
 fn unexplained(clean: &Runs, field: &Runs) -> Report {
     let base = base(TorqueModel::from_array(TORQUE));
-    let options = Options::default();
-    let question = Question::of(field, Some(clean), &base, &options);
-    example::report(Verdict::Unexplained).weighed(&question.asked(&base, &options, LEVEL))
+    example::report(Verdict::Unexplained).weighed(field, clean, &base, &Options::default(), LEVEL)
 }
 
 /// A drag of another size in every run, clean or not, is nothing of the field.
@@ -270,10 +268,9 @@ fn an_improbable_rival_is_struck() {
     let base = base(TorqueModel::from_array(TORQUE));
     let options = Options::default();
     let question = Question::of(&field, Some(&clean), &base, &options);
-    let asked = question.asked(&base, &options, LEVEL);
     let rival = |regressor: &Regressor, size| {
         let with = |candidate: &&Candidate| candidate.regressors == [regressor.clone()];
-        let candidate = question.list.iter().find(with).unwrap().clone();
+        let candidate = question.testable.list.iter().find(with).unwrap().clone();
         let state = State { torque: base.torque, effects: vec![(regressor.clone(), size)] };
         Rival { candidate, state }
     };
@@ -282,7 +279,8 @@ fn an_improbable_rival_is_struck() {
     let given = example::report(Verdict::Ambiguous);
     let named = Named { candidate: tie[0].candidate.clone(), ..given.effects[1].clone() };
     let (effects, ambiguous_with) = (vec![named], vec!["grade".to_owned()]);
-    let report = Report { effects, ambiguous_with, ties: vec![tie], ..given }.weighed(&asked);
+    let report = Report { effects, ambiguous_with, ties: vec![tie], ..given };
+    let report = report.weighed(&field, &clean, &base, &options, LEVEL);
     assert_eq!((report.verdict, &report.ambiguous_with[..]), (Verdict::Named, &[][..]));
     assert_eq!(report.rivals[0].0.as_str(), "wheel-drag");
     assert!(report.rivals[0].1 > 0.99, "{:?}", report.rivals);
