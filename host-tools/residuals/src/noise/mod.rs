@@ -264,13 +264,8 @@ fn regress(runs: &[DMatrix<f64>]) -> (Signal, DVector<f64>, f64) {
     let columns = runs.first().map_or(0, |run| run.ncols().saturating_sub(1));
     let mut gram = DMatrix::<f64>::zeros(columns + 1, columns + 1);
     for run in runs {
-        for i in 0..=columns {
-            for j in 0..=i {
-                gram[(i, j)] += run.column(i).dot(&run.column(j));
-            }
-        }
+        gram += run.transpose() * run;
     }
-    gram.fill_upper_triangle_with_lower_triangle();
     let places: Vec<usize> = (0..columns).collect();
     let equations = NormalEquations::from_products(&gram, &places);
     let data = equations.matrix().clone();

@@ -32,7 +32,7 @@ impl Fixed {
                 )
             })
             .collect();
-        let products = runs.iter().map(|run| run.tr_mul(run)).collect();
+        let products = runs.iter().map(|run| run.transpose() * run).collect();
         Self { runs, products }
     }
 
@@ -103,7 +103,7 @@ impl<'a> Panel<'a> {
     pub fn products(&self) -> Products {
         let (base, fixed) = (self.base, self.fixed.len());
         let runs = self.moving.iter().enumerate().map(|(place, moving)| {
-            let products = moving.tr_mul(moving);
+            let products = moving.transpose() * moving;
             let size = moving.ncols() + fixed;
             let at = |column: usize| if column < base { column } else { column + fixed };
             let mut all = DMatrix::zeros(size, size);
@@ -113,7 +113,7 @@ impl<'a> Panel<'a> {
                 }
             }
             if fixed > 0 {
-                let cross = self.fixed.runs[place].tr_mul(moving);
+                let cross = self.fixed.runs[place].transpose() * moving;
                 all.view_mut((base, base), (fixed, fixed)).copy_from(&self.fixed.products[place]);
                 for i in 0..fixed {
                     for j in 0..moving.ncols() {
