@@ -10,10 +10,10 @@
 //! | 8 | 1 | model id: 0 Eq. 18 published, 1 Eq. 18 corrected, 2 signed torque |
 //! | 9 | 1 | drive: 0 dissipative, 1 regenerative |
 //! | 10 | 1 | wheels N |
-//! | 11 | 1 | 1 where the wheels scrub in turns, plus 2 where the mass cannot be told ([`Coefficients::identifies_mass`]), plus 4 where the ground adapts |
+//! | 11 | 1 | 1 where the wheels scrub in turns, plus 2 where the mass cannot be told ([`Coefficients::identifies_mass`]), plus 4 where the ground adapts, plus 8 where the usual residual is told |
 //! | 12 | 24 | robot name, UTF-8, padded with zeros |
 //! | 36 | 24 | gyration radius, dead band, filter cutoff, mass without and with full load, static power |
-//! | 60 | 16 | noise: density, lasting error, 0 (once a weight, ignored), tail |
+//! | 60 | 16 | noise: density, lasting error, usual residual (ignored without its flag: once a weight), tail |
 //! | 76 | 60 | 15 coefficients, or the torque model's 7 and zeros |
 //! | 136 | 12 N | R, rows vx, vy, ω |
 //! | 136 + 12 N | 4 | CRC-32 (ISO-HDLC) of all before |
@@ -104,6 +104,8 @@ const SCRUBS: u8 = 1;
 const NO_MASS: u8 = 2;
 /// Flag: rolling resistance and scrub adapt.
 const ADAPTS: u8 = 4;
+/// Flag: the noise's third number is [`Noise::residual_std`].
+const RESIDUAL: u8 = 8;
 /// Further numbers of a torque model, after its values.
 const TRAITS: usize = REGRESSORS - PARAMETERS;
 const CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
@@ -395,13 +397,17 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
                 (2, u8::from(*drive == Drive::Regenerative), values)
             }
         };
+        // As single precision has it.
+        let residual_std =
+            if self.noise.residual_std.to_f64() as f32 > 0.0 { self.noise.residual_std } else { T::ZERO };
         let mut image = Image { bytes: [0; LONGEST_IMAGE], length: 0 };
         image.put(&MAGIC);
         image.put(&version.to_le_bytes());
         image.put(&(length as u16).to_le_bytes());
         let flags = if self.robot.kinematics.scrubs() { SCRUBS } else { 0 }
             | if self.identifies_mass { 0 } else { NO_MASS }
-            | if self.ground_adapts { ADAPTS } else { 0 };
+            | if self.ground_adapts { ADAPTS } else { 0 }
+            | if residual_std == T::ZERO { 0 } else { RESIDUAL };
         image.put(&[model, drive, N as u8, flags]);
         let robot = &self.robot;
         image.put(&robot.name.0);
@@ -414,8 +420,7 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
             robot.static_power,
             self.noise.density,
             self.noise.model_std,
-            // Up to here older firmware weighs by the predicted power: not at all.
-            T::ZERO,
+            residual_std,
             self.noise.tail,
         ] {
             image.put_number(value);
@@ -492,7 +497,12 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
         let static_power = reader.number("static_power_w")?;
         let density = reader.not_negative("noise")?;
         let model_std = reader.not_negative("noise")?;
-        let _: T = reader.not_negative("noise")?;
+        let residual_std: T = reader.not_negative("noise")?;
+        let has_residual = flags & RESIDUAL != 0;
+        if has_residual && residual_std == T::ZERO {
+            return Err(DecodeError::Field("noise"));
+        }
+        let residual_std = if has_residual { residual_std } else { T::ZERO };
         let tail = reader.not_negative("noise")?;
         let mut values = [T::ZERO; REGRESSORS];
         for value in &mut values {
@@ -543,7 +553,7 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
         let kinematics = Kinematics::from_rows(rows)
             .map_err(|_| DecodeError::Field("kinematics"))?
             .with_scrub(flags & SCRUBS != 0);
-        if flags & !(SCRUBS | NO_MASS | ADAPTS) != 0 {
+        if flags & !(SCRUBS | NO_MASS | ADAPTS | RESIDUAL) != 0 {
             return Err(DecodeError::Field("kinematics"));
         }
         let mass_matrix =
@@ -573,7 +583,7 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
                 static_power,
             },
             model,
-            noise: Noise { density, model_std, tail },
+            noise: Noise { density, model_std, tail, residual_std },
             columns,
             identifies_mass: flags & NO_MASS == 0,
             ground_adapts,
@@ -594,6 +604,7 @@ impl<T: Real, const N: usize> Coefficients<T, N> {
                 density: number(self.noise.density),
                 model_std: number(self.noise.model_std),
                 tail: number(self.noise.tail),
+                residual_std: number(self.noise.residual_std),
             },
             columns: self.columns.convert(),
             identifies_mass: self.identifies_mass,

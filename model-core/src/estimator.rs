@@ -14,6 +14,10 @@ use crate::payload::{Bucket, MassEstimate, Method, Unknown, total};
 use crate::real::Real;
 pub use crate::sample::Sample;
 
+/// How often the first buckets are dropped: those summed without a mass, and those weighed by the
+/// mass that squares gave. Later masses move the weights by less than their intervals.
+const DROPS: u8 = 2;
+
 /// What is known after a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate<T, const N: usize> {
@@ -70,8 +74,10 @@ where
     bucket_length: T,
     /// Time into the open bucket, s.
     phase: T,
-    /// Buckets summed since the mass is known; `None` where none before them was summed without it.
-    since_known: Option<usize>,
+    /// Buckets summed since the mass by which samples are weighed is known.
+    since_known: usize,
+    /// How often buckets from before it are still to be dropped.
+    drops_left: u8,
     mass: MassEstimate<T>,
     /// The mass beyond the middle of the range, kg; no number while it is unknown.
     d: T,
@@ -94,7 +100,7 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
     /// A filter cutoff that this sample rate cannot have, or a delay that is too long for it.
     pub fn new(coefficients: &Coefficients<T, N>, method: M, timing: &Timing) -> Result<Self, Unfit> {
         let Coefficients { robot, columns, .. } = coefficients;
-        let since_known = method.weighs_by_mass().then_some(0);
+        let drops_left = if method.weighs_by_mass() { DROPS } else { 0 };
         Ok(Self {
             conditioner: Conditioner::with_columns(robot, columns, timing.period_s)?,
             model: coefficients.model,
@@ -111,7 +117,8 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
             bucket_length: T::from_f64(timing.bucket_s),
             full_at: T::from_f64(timing.bucket_s - timing.period_s / 2.0),
             phase: T::ZERO,
-            since_known,
+            since_known: 0,
+            drops_left,
             mass: MassEstimate::Unknown(if coefficients.identifies_mass {
                 Unknown::NoSamples
             } else {
@@ -208,7 +215,7 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
         self.restart(0);
         // Its samples so far are of the payload before.
         self.bucket = M::Sums::default();
-        self.since_known = self.method.weighs_by_mass().then_some(0);
+        self.weigh_anew();
         self.learn(MassEstimate::Unknown(Unknown::NoSamples));
     }
 
@@ -307,50 +314,64 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
             self.look_ahead();
         }
         self.buckets.push(self.bucket);
-        let alone = self.since_known.and_then(|since| self.weigh_again(since));
+        let again = if self.drops_left > 0 { self.weigh_again() } else { None };
         if let (Some(count), Some(total)) = (self.timeline.advance(), &mut self.ahead) {
-            let mass = alone.unwrap_or_else(|| {
+            let mass = again.map(|(mass, _)| mass).unwrap_or_else(|| {
                 total.merge(&self.bucket);
                 let excess = self.spread.excess();
                 self.method.estimate_of(total, self.buckets.latest_parts(count), excess)
             });
             self.learn(mass);
         }
+        if let Some((_, d)) = again {
+            self.d = d;
+        }
         if changed.is_some() {
             // Samples since the change were weighed by their residuals at the mass before.
-            self.since_known = self.method.weighs_by_mass().then_some(0);
+            self.weigh_anew();
         }
         self.ahead = None;
         self.bucket = M::Sums::default();
         changed
     }
 
+    /// The mass by which samples are weighed is not the one of these buckets.
+    fn weigh_anew(&mut self) {
+        self.since_known = 0;
+        self.drops_left = if self.method.weighs_by_mass() { DROPS } else { 0 };
+    }
+
     /// Samples could not be weighed by their residuals while the mass was unknown. Such buckets go
-    /// once later ones determine the mass alone, and that mass is the estimate. `since` of these
-    /// were closed before the last.
+    /// once later ones determine the mass alone. The later ones were weighed by a mass of squares,
+    /// and go in turn. Returns the estimate of later buckets, and the mass by which samples are
+    /// weighed from now on, kg beyond the middle of the range: where all samples are beyond the
+    /// noise of a mass that is far off, they are sure of a better one though none is sure of it.
     #[cold]
     #[inline(never)]
-    fn weigh_again(&mut self, since: usize) -> Option<MassEstimate<T>> {
+    fn weigh_again(&mut self) -> Option<(MassEstimate<T>, T)> {
         if !self.d.is_finite() {
-            self.since_known = Some(0);
+            self.since_known = 0;
             return None;
         }
-        let later = since + 1;
-        let all_in_window = since < self.timeline.next().map_or(0, |count| count.min(B).saturating_sub(1));
-        self.since_known = all_in_window.then_some(later);
-        if !all_in_window {
+        let later = self.since_known + 1;
+        if later > self.timeline.next().map_or(0, |count| count.min(B).saturating_sub(1)) {
+            // All in the window are later ones.
+            self.drops_left = 0;
             return None;
         }
-        let parts = self.buckets.latest_parts(later);
-        let alone = self.method.estimate_of(&total(parts), parts, self.spread.excess());
-        if !matches!(alone, MassEstimate::Known(_)) {
+        self.since_known = later;
+        let (parts, excess) = (self.buckets.latest_parts(later), self.spread.excess());
+        let sums: M::Sums = total(parts);
+        let MassEstimate::Known(better) = self.method.estimate_of(&sums.all_within(), parts, excess) else {
             return None;
-        }
+        };
+        let alone = self.method.estimate_of(&sums, parts, excess);
         self.buckets.blank_older(later);
-        self.since_known = None;
+        self.since_known = 0;
+        self.drops_left = self.drops_left.saturating_sub(1);
         // Surprises so far were about the mass that goes with them.
         self.forget_surprises();
-        Some(alone)
+        Some((alone, better.mass - self.range.middle()))
     }
 
     /// For one more bucket in a full ring whose buckets all count: those before the last change go,

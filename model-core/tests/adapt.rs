@@ -25,7 +25,7 @@ fn robot() -> Coefficients<f64, 2> {
     let base = coefficients();
     Coefficients {
         robot: Robot { cutoff_hz: 20.0, ..base.robot },
-        noise: Noise { density: SIGMA * SIGMA * PERIOD, model_std: 0.0, tail: 1.0 },
+        noise: Noise { density: SIGMA * SIGMA * PERIOD, model_std: 0.0, tail: 1.0, residual_std: 0.0 },
         ..base
     }
 }

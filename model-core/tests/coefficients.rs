@@ -67,13 +67,11 @@ fn any_coefficients<const N: usize>() -> impl Strategy<Value = Coefficients<f32,
         -9.0..99.0_f32,
     );
     let flags = (proptest::bool::ANY, proptest::bool::ANY);
-    (robot, model(), number(), number(), number(), flags).prop_map(
+    (robot, model(), [(); 4].map(|()| number()), flags).prop_map(
         |(
             (name, rows, gyration_radius, dead_band, cutoff_hz, empty, payload, static_power),
             model,
-            density,
-            model_std,
-            tail,
+            [density, model_std, tail, residual_std],
             (identifies_mass, ground_adapts),
         )| {
             let kinematics = Kinematics::from_rows(rows).unwrap();
@@ -90,7 +88,7 @@ fn any_coefficients<const N: usize>() -> impl Strategy<Value = Coefficients<f32,
                     static_power,
                 },
                 model,
-                noise: Noise { density, model_std, tail },
+                noise: Noise { density, model_std, tail, residual_std },
                 columns: Columns::NONE,
                 identifies_mass,
                 ground_adapts: ground_adapts && matches!(model, Model::Signed { .. }),
@@ -231,11 +229,22 @@ fn impossible_numbers_are_refused() {
             );
         }
     }
-    for flags in [8, 16, 255] {
+    for flags in [16, 32, 0xf0] {
         assert_eq!(Two::decode(&forged(|b| b[11] = flags)), Err(DecodeError::Field("kinematics")), "{flags}");
     }
+    // A usual residual is said to be there.
+    assert_eq!(Two::decode(&forged(|b| b[11] |= 8)), Err(DecodeError::Field("noise")));
     let no_wheels = forged(|bytes| bytes[136..160].fill(0));
     assert_eq!(Two::decode(&no_wheels), Err(DecodeError::Field("kinematics")));
+}
+
+/// Images from before told a weight in the place of the usual residual.
+#[test]
+fn a_usual_residual_needs_its_flag() {
+    let residual = |bytes: &[u8]| Two::decode(bytes).unwrap().noise.residual_std;
+    assert_eq!(residual(&with_number(68, 0.25)), 0.0);
+    let noise = Noise { residual_std: 0.25, ..coefficients().noise };
+    assert_eq!(residual(Two { noise, ..coefficients() }.encode().unwrap().as_bytes()), 0.25);
 }
 
 /// What is not finite in single precision, or not allowed, does not survive the round trip as

@@ -55,6 +55,7 @@ fn coverage(correlation: f64, seconds: usize, stated_over_true: f64, threshold: 
                 density: sigma * sigma * noise.density(PERIOD) * stated_over_true,
                 model_std: 0.0,
                 tail: 1.0,
+                residual_std: 0.0,
             },
             period: PERIOD,
             linear_beyond: threshold * sigma,

@@ -32,7 +32,7 @@ fn robot() -> Coefficients<f64, 2> {
     let robot = Robot { cutoff_hz: 20.0, ..base.robot };
     Coefficients {
         robot,
-        noise: Noise { density: SIGMA * SIGMA * PERIOD, model_std: 0.0, tail: 1.0 },
+        noise: Noise { density: SIGMA * SIGMA * PERIOD, model_std: 0.0, tail: 1.0, residual_std: 0.0 },
         ..base
     }
 }
@@ -168,6 +168,33 @@ fn what_is_beyond_the_noise_hardly_moves_the_mass() {
     assert_eq!(squared[0], robust[0]);
     let error = |masses: &[f64]| (masses[4] / 3.3 - 1.0).abs();
     assert!(error(&squared) > 0.03 && error(&robust) < 0.3 * error(&squared), "{squared:?} {robust:?}");
+}
+
+/// The mass of a first second that is wrong throughout is far off, and so are the weights by it.
+/// The samples that they weigh are dropped as well.
+#[test]
+fn weights_by_a_mass_that_was_off_are_dropped() {
+    let timing = Timing {
+        period_s: PERIOD,
+        bucket_s: 1.0,
+        schedule: Schedule::Moving { window: 6 },
+        detect_changes: false,
+    };
+    let quiet = Coefficients { noise: Noise { residual_std: 1e-3, ..robot().noise }, ..robot() };
+    let mut pipeline: Pipeline = Estimator::new(&quiet, quiet.window(PERIOD), &timing).unwrap();
+    let mut driver = Driver { sigma: 1e-3, ..Driver::new(3) };
+    let mut masses = vec![];
+    for i in 0..6 * PER_BUCKET {
+        let mut sample = driver.sample(3.3);
+        sample.power += if i < PER_BUCKET { 0.1 } else { 0.0 };
+        let out = pipeline.push(&sample, PERIOD);
+        let error = out.mass.known().map(|known| (known.mass / 3.3 - 1.0).abs());
+        masses.extend(out.closed.then_some(error));
+    }
+    assert!(masses[0].is_some_and(|error| error > 0.1), "{masses:?}");
+    // Beside a mass that is far off no sample is within the noise.
+    assert_eq!(masses[1], None);
+    assert!(masses[3..].iter().all(|error| error.is_some_and(|error| error < 0.002)), "{masses:?}");
 }
 
 /// Coefficients of one payload only know no mass, however well the samples would tell it: not from

@@ -34,7 +34,7 @@ fn robot(columns: &[Column<f64>]) -> Coefficients<f64, 2> {
     Coefficients {
         // Little delay, so that P(filtered speed) and filtered P(speed) are the same to a mW.
         robot: Robot { cutoff_hz: 20.0, ..base.robot },
-        noise: Noise { density: SIGMA * SIGMA * PERIOD, model_std: 0.0, tail: 1.0 },
+        noise: Noise { density: SIGMA * SIGMA * PERIOD, model_std: 0.0, tail: 1.0, residual_std: 0.0 },
         columns: Columns::new(columns, 2).unwrap(),
         ..base
     }
@@ -167,7 +167,7 @@ fn known_effects_are_taken_off() {
         (Cause::Term(Term::GradeAlong([1.0, 0.0])), 0.05),
         (Cause::Term(Term::GradeAlong([0.0, 1.0])), 0.05),
         (Cause::Hot, 0.5),
-        (Cause::Heat(20.0), 2.0),
+        (Cause::Heat(20.0), 3.0),
         (Cause::Warming(20.0), 0.5),
         (Cause::Temperature(20.0), 0.02),
         (Cause::Term(Term::Windage), 0.002),

@@ -97,7 +97,7 @@ fn products_are_numpys() {
 /// 0.2² = 1.6: 40 · 40 · 0.36 ε / 1.6 = 360 ε at worst, beside the few ε of the inputs.
 fn assert_masses<T: Real>() {
     let range = MassRange::new(T::from_f64(1.0), T::from_f64(6.0)).unwrap();
-    let noise = Noise { density: T::from_f64(1e-4), model_std: T::ZERO, tail: T::ONE };
+    let noise = Noise { density: T::from_f64(1e-4), model_std: T::ZERO, tail: T::ONE, residual_std: T::ZERO };
     let window = Window { range, noise, period: T::from_f64(0.1), linear_beyond: T::INFINITY };
     let samples = table(include_str!("reference/window_samples.csv"));
     let mut worst = 0.0_f64;

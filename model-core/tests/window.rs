@@ -19,7 +19,7 @@ use proptest::prelude::*;
 fn window() -> Window<f64> {
     Window {
         range: range(),
-        noise: Noise { density: 1e-6, model_std: 0.0, tail: 1.0 },
+        noise: Noise { density: 1e-6, model_std: 0.0, tail: 1.0, residual_std: 0.0 },
         period: 0.02,
         linear_beyond: f64::INFINITY,
     }
@@ -154,7 +154,7 @@ proptest! {
         values in proptest::collection::vec(proptest::array::uniform4(any::<f32>()), 1..30), speed in any::<f32>(),
     ) {
         let range = MassRange::new(1.0_f32, 6.0).unwrap();
-        let window = Window { range, noise: Noise { density: 1e-4, model_std: 0.1, tail: 1.0 }, period: 0.02, linear_beyond: 0.3 };
+        let window = Window { range, noise: Noise { density: 1e-4, model_std: 0.1, tail: 1.0, residual_std: 0.0 }, period: 0.02, linear_beyond: 0.3 };
         let roots = RootMean { range };
         let mut sums = (vec![], vec![]);
         for [power, a, b, c] in values {
@@ -261,17 +261,17 @@ fn too_much_noise_is_unknown() {
         let window = Window { noise, ..window() };
         window.estimate(buckets(&window, &samples, &even_cuts(100, 10)).iter())
     };
-    assert!(with(Noise { density: 1e-6, model_std: 1e-3, tail: 1.0 }).known().is_some());
+    assert!(with(Noise { density: 1e-6, model_std: 1e-3, tail: 1.0, residual_std: 0.0 }).known().is_some());
     assert_eq!(
-        with(Noise { density: 10.0, model_std: 0.0, tail: 1.0 }),
+        with(Noise { density: 10.0, model_std: 0.0, tail: 1.0, residual_std: 0.0 }),
         MassEstimate::Unknown(Unknown::TooWide)
     );
     assert_eq!(
-        with(Noise { density: 1e-6, model_std: 10.0, tail: 1.0 }),
+        with(Noise { density: 1e-6, model_std: 10.0, tail: 1.0, residual_std: 0.0 }),
         MassEstimate::Unknown(Unknown::TooWide)
     );
     assert_eq!(
-        with(Noise { density: f64::NAN, model_std: 0.0, tail: 1.0 }),
+        with(Noise { density: f64::NAN, model_std: 0.0, tail: 1.0, residual_std: 0.0 }),
         MassEstimate::Unknown(Unknown::TooWide)
     );
 }
@@ -282,7 +282,12 @@ fn of_two_minds<T: Real>(slope: f64, apart: f64, density: f64, linear_beyond: f6
     let number = T::from_f64;
     let window = Window {
         range: MassRange::new(number(1.0), number(6.0)).unwrap(),
-        noise: Noise { density: number(density), model_std: number(1e-3), tail: T::ONE },
+        noise: Noise {
+            density: number(density),
+            model_std: number(1e-3),
+            tail: T::ONE,
+            residual_std: T::ZERO,
+        },
         period: number(0.02),
         linear_beyond: number(linear_beyond),
     };
@@ -388,7 +393,7 @@ fn one_bucket_has_the_fits_interval() {
         squares += response.polynomial.b.powi(2);
     }
     for (density, model_std) in [(1e-3, 0.0), (0.0, 0.02), (2e-3, 0.03)] {
-        let window = Window { noise: Noise { density, model_std, tail: 1.0 }, ..window() };
+        let window = Window { noise: Noise { density, model_std, tail: 1.0, residual_std: 0.0 }, ..window() };
         let known = window.estimate(buckets(&window, &samples, &[]).iter()).known().unwrap();
         let variance: f64 = density / (squares * window.period) + (model_std * sum / squares).powi(2);
         // t.ppf(0.975, 6) of SciPy; the estimator's expansion of it is good to 1 %.
@@ -421,4 +426,14 @@ fn the_search_ends_at_the_minimum() {
         let off = total.score(d) / total.information(d);
         assert!(off.abs() < 1e-12, "{off} kg from the minimum");
     }
+}
+
+/// Residuals are held against those of most samples; without these against the density.
+#[test]
+fn what_counts_linearly_is_beyond_most_residuals() {
+    let noise = Noise { density: 1e-4, model_std: 0.0, tail: 1.0, residual_std: 0.02 };
+    assert!((noise.linear_beyond(4.0) - 1.345 * 0.02).abs() < 1e-12);
+    let unknown = Noise { residual_std: 0.0, ..noise };
+    assert!((unknown.linear_beyond(4.0) - 1.345 * (2.0 * 1.0166 * 4.0 * 1e-4_f64).sqrt()).abs() < 1e-12);
+    assert_eq!(Noise { density: 0.0, ..unknown }.linear_beyond(4.0), f64::INFINITY);
 }

@@ -42,7 +42,7 @@ fn coefficients() -> Option<Coefficients<f32, 2>> {
             static_power: STATIC_W,
         },
         model: Model::Signed { torque: TorqueModel::from_array(power::TORQUE), drive: Drive::Dissipative },
-        noise: Noise { density: 5e-5, model_std: 0.01, tail: 1.0 },
+        noise: Noise { density: 5e-5, model_std: 0.01, tail: 1.0, residual_std: 0.0 },
         columns: Columns::NONE,
         identifies_mass: true,
         ground_adapts: false,

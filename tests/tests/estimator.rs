@@ -38,7 +38,12 @@ fn coefficients() -> Option<Coefficients<f32, 2>> {
     let [no_load, full_load] = MASSES;
     let range = MassRange::new(no_load, full_load)?;
     // White noise: its variance times twice the correlation time, which is half a sample.
-    let noise = Noise { density: NOISE_STD * NOISE_STD * PERIOD_S as f32, model_std: 0.0, tail: 1.0 };
+    let noise = Noise {
+        density: NOISE_STD * NOISE_STD * PERIOD_S as f32,
+        model_std: 0.0,
+        tail: 1.0,
+        residual_std: 0.0,
+    };
     Some(Coefficients {
         robot: Robot {
             name: Name::new("reference"),

@@ -61,7 +61,12 @@ pub(crate) fn coefficients(model: Model<f32>) -> Coefficients<f32, WHEELS> {
             static_power: STATIC_W,
         },
         model,
-        noise: Noise { density: (NOISE_W * NOISE_W * 0.005) as f32, model_std: 0.01, tail: 1.0 },
+        noise: Noise {
+            density: (NOISE_W * NOISE_W * 0.005) as f32,
+            model_std: 0.01,
+            tail: 1.0,
+            residual_std: 0.0,
+        },
         columns: Columns::NONE,
         identifies_mass: true,
         ground_adapts: false,

@@ -33,7 +33,7 @@ pub(crate) fn burger() -> Coefficients<f32, 2> {
             torque: TorqueModel::from_array([0.04, 0.012, 0.006, 0.0081, 1.33, 6.5, 0.0]),
             drive: Drive::Dissipative,
         },
-        noise: Noise { density: 0.0031, model_std: 0.012, tail: 1.25 },
+        noise: Noise { density: 0.0031, model_std: 0.012, tail: 1.25, residual_std: 0.0 },
         columns: Columns::NONE,
         identifies_mass: true,
         ground_adapts: false,

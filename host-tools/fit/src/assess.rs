@@ -203,16 +203,30 @@ fn share<'a>(drives: impl Iterator<Item = &'a [f64; 3]> + Clone, noise: &Noise<f
 /// seconds, per Σ g², g = ∂P/∂m. The median block counts: the few blocks in which no model of
 /// filtered signals is right show in the estimator's own windows. Longer-lasting errors stay 0.
 ///
-/// Two passes: the first squares all residuals and gives the size above which they count linearly.
-/// The second uses that size.
+/// Residuals beyond what most samples leave count linearly, as there.
 pub fn noise(dataset: &Dataset, model: &Model<f64>) -> Noise<f64> {
-    let squared = scatter(dataset, model, f64::INFINITY);
-    scatter(dataset, model, squared.linear_beyond(dataset.robot.cutoff_hz()))
+    let residual_std = usual_residual(dataset, model);
+    let usual = Noise { residual_std, ..Noise::default() };
+    Noise { residual_std, ..scatter(dataset, model, usual.linear_beyond(dataset.robot.cutoff_hz())) }
+}
+
+/// Standard deviation of the residuals from which a payload estimator learns, W, by their median
+/// size.
+fn usual_residual(dataset: &Dataset, model: &Model<f64>) -> f64 {
+    let range = &dataset.robot.range();
+    let size = |row: Kept<'_>| {
+        let response = row.response(model, range);
+        let from_middle = row.mass - range.middle();
+        let tells = !response.may_clamp && response.polynomial.slope(from_middle) != 0.0;
+        tells.then(|| (row.power - response.polynomial.at(from_middle)).abs())
+    };
+    let mut sizes: Vec<f64> = dataset.store.iter().filter_map(size).collect();
+    scale_of_sizes(&mut sizes).unwrap_or(0.0)
 }
 
 fn scatter(dataset: &Dataset, model: &Model<f64>, linear_beyond: f64) -> Noise<f64> {
     let range = &dataset.robot.range();
-    let mut noise = Noise { density: 0.0, model_std: 0.0, tail: 1.0 };
+    let mut noise = Noise { density: 0.0, model_std: 0.0, tail: 1.0, residual_std: 0.0 };
     // Score and information of each block.
     let mut blocks: Vec<(f64, f64)> = Vec::new();
     let mut current: Option<(u32, i64)> = None;

@@ -360,7 +360,7 @@ mod tests {
             }
         }
         let weights = vec![1.0; dataset.store.len()];
-        let noise = Noise { density: 1e-5, model_std: 0.0, tail: 1.0 };
+        let noise = Noise { density: 1e-5, model_std: 0.0, tail: 1.0, residual_std: 0.0 };
         let gradient = |row: &Kept<'_>| {
             let slope = physical::gradient(&torque, row, drive);
             // One that the rows determine: Coulomb's.

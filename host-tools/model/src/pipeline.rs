@@ -186,6 +186,10 @@ impl Bucket<f64> for AnySums {
         self.window.merge(&other.window);
         self.roots.merge(&other.roots);
     }
+
+    fn all_within(self) -> Self {
+        Self { window: self.window.all_within(), roots: self.roots.all_within() }
+    }
 }
 
 impl Method<f64> for AnyMethod {

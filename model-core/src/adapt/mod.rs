@@ -50,6 +50,10 @@ pub struct Adapted<T> {
     pub scrub: [T; 2],
 }
 
+/// Residuals beyond so many standard deviations of the fit's noise count linearly. Chosen: more
+/// than in a window of the mass. Another floor moves all residuals, and has to be followed.
+const HUBER: f64 = 2.5;
+
 /// Filter and belief of one robot.
 #[derive(Debug, Clone, Copy)]
 pub struct Adaptive<T, const N: usize> {
@@ -127,7 +131,7 @@ impl<T: Real, const N: usize> Adaptive<T, N> {
             drive,
             range: robot.range,
             noise: *noise,
-            linear_beyond: noise.linear_beyond(robot.cutoff_hz),
+            linear_beyond: T::from_f64(HUBER) * noise.filtered_std(robot.cutoff_hz),
             period: T::from_f64(period_s),
             units,
             belief: Belief::default(),

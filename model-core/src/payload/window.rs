@@ -94,6 +94,10 @@ impl<T: Real> Bucket<T> for Sums<T> {
         self.b += other.b;
         self.a += other.a;
     }
+
+    fn all_within(self) -> Self {
+        Self { outer: T::ZERO, ..self }
+    }
 }
 
 /// The windowed least-squares estimator.

@@ -107,7 +107,7 @@ pub(crate) fn coefficients() -> Coefficients<f64, 2> {
             static_power: 6.4,
         },
         model: Model::Signed { torque: servo(), drive: Drive::Dissipative },
-        noise: Noise { density: 1e-4, model_std: 0.0, tail: 1.0 },
+        noise: Noise { density: 1e-4, model_std: 0.0, tail: 1.0, residual_std: 0.0 },
         columns: Columns::NONE,
         identifies_mass: true,
         ground_adapts: false,

@@ -163,7 +163,7 @@ fn coefficients() -> Option<Coefficients<f32, WHEELS>> {
             static_power: 0.0,
         },
         model: Model::Signed { torque, drive: Drive::Dissipative },
-        noise: Noise { density: 5e-5, model_std: 2e-3, tail: 1.2 },
+        noise: Noise { density: 5e-5, model_std: 2e-3, tail: 1.2, residual_std: 0.0 },
         columns: Columns::NONE,
         identifies_mass: true,
         ground_adapts: false,

@@ -113,6 +113,9 @@ pub(super) struct NoiseSection {
     /// Without a meaning: 0 for older readers, who weighed samples by it.
     pub(super) power_scale_w: f64,
     pub(super) tail: f64,
+    /// Missing in files of older versions.
+    #[serde(default)]
+    pub(super) residual_std_w: f64,
 }
 
 /// What coefficients say of the mass, where it is not an error in W.
@@ -150,6 +153,7 @@ impl NoiseSection {
             mass: (!identifies_mass).then_some(MassSection::NotIdentifiable),
             power_scale_w: 0.0,
             tail: noise.tail,
+            residual_std_w: noise.residual_std,
         }
     }
 }
@@ -241,6 +245,7 @@ impl Document {
             ("model_std_w", self.noise.model_std_w.unwrap_or(0.0)),
             ("power_scale_w", self.noise.power_scale_w),
             ("tail", self.noise.tail),
+            ("residual_std_w", self.noise.residual_std_w),
             ("energy_std_share", self.fit.energy_std_share),
             ("energy_std_w", self.fit.energy_std_w),
             (CUTOFF, self.robot.filter_cutoff_hz),

@@ -187,6 +187,7 @@ impl CoefficientsFile {
             density: document.noise.density_w2_s,
             model_std: lasting.unwrap_or(0.0),
             tail: document.noise.tail,
+            residual_std: document.noise.residual_std_w,
         };
         let size = parameters::named(&model, scrubs).len();
         let covariance =

@@ -18,7 +18,7 @@ fn coefficients(robot: &Robot) -> FittedModel {
     FittedModel {
         robot: robot.chassis(2.0).unwrap(),
         model: Model::Signed { torque, drive: Drive::Dissipative },
-        noise: Noise { density: 1e-6, model_std: 1e-4, tail: 1.0 },
+        noise: Noise { density: 1e-6, model_std: 1e-4, tail: 1.0, residual_std: 0.0 },
         columns: Columns::NONE,
         identifies_mass: true,
     }

@@ -90,7 +90,7 @@ fn coefficients_with(model_std: f32) -> Vec<u8> {
     let [a0, a1, g2, g3, g4, kappa] = crate::common::TRUTH;
     let torque = TorqueModel::from_array([a0, a1, g2, g3, g4, kappa, 0.0]);
     let model = Model::Signed { torque, drive: Drive::Dissipative };
-    let noise = Noise { density: 1e-4, model_std: model_std.into(), tail: 0.0 };
+    let noise = Noise { density: 1e-4, model_std: model_std.into(), tail: 0.0, residual_std: 0.0 };
     Coefficients { robot, model, noise, columns: Columns::NONE, identifies_mass: true, ground_adapts: false }
         .encode()
         .unwrap()
