@@ -9,14 +9,15 @@ from power import GYRATION_RADIUS, TORQUE, TRACK, WHEEL_RADIUS
 NAME = "reference"
 NUMBERS = {
     "GYRATION_RADIUS": GYRATION_RADIUS, "DEAD_BAND": 0.02, "CUTOFF_HZ": 2.0, "NO_LOAD": 1.0, "FULL_LOAD": 6.0,
-    "STATIC_POWER": 6.393, "NOISE_DENSITY": 0.0031, "NOISE_MODEL_STD": 0.012, "NOISE_TAIL": 1.25,
+    "STATIC_POWER": 6.393, "NOISE_DENSITY": 0.0031, "NOISE_MODEL_STD": 0.012, "RESIDUAL_STD": 0.034,
+    "NOISE_TAIL": 1.25,
 }
 
 
 def make():
     r, o = WHEEL_RADIUS / 2, WHEEL_RADIUS / TRACK
-    head = struct.pack("<4sHHBBBB24s", b"GMRC", 1, 136 + 24 + 4, 2, 1, 2, 0, NAME.encode())
-    numbers = struct.pack("<10f", *list(NUMBERS.values())[:-1], 0.0, NUMBERS["NOISE_TAIL"]) + struct.pack("<15f", *TORQUE, *[0.0] * 8)
+    head = struct.pack("<4sHHBBBB24s", b"GMRC", 1, 136 + 24 + 4, 2, 1, 2, 8, NAME.encode())
+    numbers = struct.pack("<10f", *NUMBERS.values()) + struct.pack("<15f", *TORQUE, *[0.0] * 8)
     rows = struct.pack("<6f", r, r, 0.0, 0.0, -o, o)
     body = head + numbers + rows
     assert len(head) == 36 and len(body) == 160

@@ -16,7 +16,7 @@ mod reference {
 }
 use reference::{
     CUTOFF_HZ, DEAD_BAND, FULL_LOAD, GYRATION_RADIUS, IMAGE, NAME, NO_LOAD, NOISE_DENSITY, NOISE_MODEL_STD,
-    NOISE_TAIL, ROWS, STATIC_POWER, TORQUE,
+    NOISE_TAIL, RESIDUAL_STD, ROWS, STATIC_POWER, TORQUE,
 };
 
 tests!(
@@ -41,7 +41,12 @@ fn coefficients() -> Option<Coefficients<f32, 2>> {
             static_power: STATIC_POWER,
         },
         model: Model::Signed { torque: TorqueModel::from_array(TORQUE), drive: Drive::Regenerative },
-        noise: Noise { density: NOISE_DENSITY, model_std: NOISE_MODEL_STD, tail: NOISE_TAIL },
+        noise: Noise {
+            density: NOISE_DENSITY,
+            model_std: NOISE_MODEL_STD,
+            tail: NOISE_TAIL,
+            residual_std: RESIDUAL_STD,
+        },
         columns: Columns::NONE,
         identifies_mass: true,
         ground_adapts: false,
