@@ -341,11 +341,13 @@ impl<T: Real, M: Method<T>, const N: usize, const B: usize> Estimator<T, M, N, B
         self.drops_left = if self.method.weighs_by_mass() { DROPS } else { 0 };
     }
 
-    /// Samples could not be weighed by their residuals while the mass was unknown. Such buckets go
-    /// once later ones determine the mass alone. The later ones were weighed by a mass of squares,
-    /// and go in turn. Returns the estimate of later buckets, and the mass by which samples are
-    /// weighed from now on, kg beyond the middle of the range: where all samples are beyond the
-    /// noise of a mass that is far off, they are sure of a better one though none is sure of it.
+    /// Samples could not be weighed by their residuals while the mass was unknown. Such buckets are
+    /// dropped once later ones determine the mass alone. The later ones were weighed by a mass of
+    /// squares, and are dropped in turn.
+    ///
+    /// Returns what the later ones say, and the mass by which samples are weighed from now on, kg
+    /// beyond the middle of the range. The two differ where the first mass was far off: then no
+    /// sample lies within the noise, and the later ones give a better mass without an interval.
     #[cold]
     #[inline(never)]
     fn weigh_again(&mut self) -> Option<(MassEstimate<T>, T)> {

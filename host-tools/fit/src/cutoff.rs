@@ -43,9 +43,6 @@ const MOST_ROWS: usize = 50_000;
 /// squared error. The seconds are compared all: their number is what distinguishes two candidates.
 const FITTED_ROWS: usize = 6_000;
 
-/// Smaller means count as this, W. Derived: rounding, where a robot stands and sensors are exact.
-const LEAST_W: f64 = 1e-6;
-
 /// The cutoff, Hz, and the further terms that the logs support at it. The first cutoff is chosen
 /// without terms. If the logs support a term there, every octave is tried with its own terms: their
 /// numbers compensate for what a cutoff smears.
@@ -97,7 +94,7 @@ fn tried(robot: &Robot, core: &Chassis, pilots: &Pilots, choice: Choice) -> Opti
 /// The lowest cutoff that is not worse than the best by more than one standard error of their
 /// difference: the less passes the filter, the less noise the predicted power is compared with.
 fn lowest_good_enough(tried: &[Option<Tried>]) -> Option<usize> {
-    let best = tried.iter().flatten().min_by(|a, b| a.means.mean().total_cmp(&b.means.mean()))?;
+    let best = tried.iter().flatten().min_by(|a, b| a.means.mean_size().total_cmp(&b.means.mean_size()))?;
     tried.iter().position(|one| one.as_ref().is_some_and(|one| one.means.not_worse_than(&best.means)))
 }
 
@@ -114,17 +111,17 @@ fn residual(robot: &Robot, core: &Chassis, pilots: &Pilots, form: &Form) -> Opti
         seconds.add((row.run, row.time.floor() as i64), row.power - row.predicted(&model)?);
     }
     seconds.close();
-    (!seconds.logs.is_empty()).then_some(seconds)
+    (!seconds.sizes.is_empty()).then_some(seconds)
 }
 
-/// Logarithms of the sizes of a residual's means over seconds. A second counts by the share that a
-/// cutoff takes off its residual: neither the hardest starts nor the hardest turns decide alone.
+/// Sizes of a residual's means over seconds, W. Sizes, not squares: the few seconds with the
+/// hardest starts and stops must not decide alone.
 #[derive(Default)]
 struct Seconds {
     current: Option<(u32, i64)>,
     sum: f64,
     rows: f64,
-    logs: BTreeMap<(u32, i64), f64>,
+    sizes: BTreeMap<(u32, i64), f64>,
 }
 
 impl Seconds {
@@ -139,19 +136,19 @@ impl Seconds {
 
     fn close(&mut self) {
         if let Some(second) = self.current.take() {
-            self.logs.insert(second, (self.sum / self.rows).abs().max(LEAST_W).ln());
+            self.sizes.insert(second, (self.sum / self.rows).abs());
         }
         (self.sum, self.rows) = (0.0, 0.0);
     }
 
-    fn mean(&self) -> f64 {
-        self.logs.values().sum::<f64>() / self.logs.len() as f64
+    fn mean_size(&self) -> f64 {
+        self.sizes.values().sum::<f64>() / self.sizes.len() as f64
     }
 
     /// Compared second by second.
     fn not_worse_than(&self, best: &Self) -> bool {
         let worse: Vec<f64> =
-            self.logs.iter().filter_map(|(second, log)| Some(log - best.logs.get(second)?)).collect();
+            self.sizes.iter().filter_map(|(second, size)| Some(size - best.sizes.get(second)?)).collect();
         let count = worse.len() as f64;
         let mean = worse.iter().sum::<f64>() / count;
         let variance = worse.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (count - 1.0);
