@@ -4,8 +4,8 @@
 //! model turn into bias; a low one smears short accelerations and clamps that the model could have
 //! followed. The right one depends on the sensors, so it is measured: each candidate filters the
 //! first rows of the logs, the signed model is fitted, and the residual's means over a second,
-//! which every cutoff passes alike, are compared. The fit takes some thousands of these rows, the
-//! means take them all.
+//! which every cutoff passes alike, are compared by the likelihood of a distribution with heavy
+//! tails. The fit takes some thousands of these rows, the means take them all.
 //!
 //! What the model lacks hides what a cutoff smears: without the slip memory of a skid-steered robot
 //! every cutoff is as bad as the next. So candidates are tried again with the terms that the logs
@@ -18,6 +18,7 @@ use logs::robot::chassis::Chassis;
 use model_core::eq18::Gate;
 use model_core::model::Model;
 use model_core::plausibility::LEAST_CUTOFF;
+use numerics::robust::median;
 use rayon::prelude::*;
 use support::error::Result;
 
@@ -79,79 +80,125 @@ pub(super) fn by_the_data(robot: &Robot, pilots: &Pilots, terms: &[Term]) -> Res
     Ok((cores[chosen].cutoff_hz(), choice))
 }
 
-/// A candidate's form of the model, and the residual's means that it leaves.
+/// A candidate's form of the model, and what it loses.
 struct Tried {
     choice: Choice,
-    means: Seconds,
+    losses: Losses,
 }
 
 /// `None` where a log is too slow for it.
 fn tried(robot: &Robot, core: &Chassis, pilots: &Pilots, choice: Choice) -> Option<Tried> {
-    let means = residual(robot, core, pilots, &choice.form)?;
-    Some(Tried { choice, means })
+    let losses = residual(robot, core, pilots, &choice.form)?;
+    Some(Tried { choice, losses })
 }
 
 /// The lowest cutoff that is not worse than the best by more than one standard error of their
 /// difference: the less passes the filter, the less noise the predicted power is compared with.
 fn lowest_good_enough(tried: &[Option<Tried>]) -> Option<usize> {
-    let best = tried.iter().flatten().min_by(|a, b| a.means.mean_size().total_cmp(&b.means.mean_size()))?;
-    tried.iter().position(|one| one.as_ref().is_some_and(|one| one.means.not_worse_than(&best.means)))
+    let best = tried.iter().flatten().min_by(|a, b| a.losses.mean().total_cmp(&b.losses.mean()))?;
+    tried.iter().position(|one| one.as_ref().is_some_and(|one| one.losses.not_worse_than(&best.losses)))
 }
 
-/// The residual's means over each second.
-fn residual(robot: &Robot, core: &Chassis, pilots: &Pilots, form: &Form) -> Option<Seconds> {
+/// What the residual loses in each second.
+fn residual(robot: &Robot, core: &Chassis, pilots: &Pilots, form: &Form) -> Option<Losses> {
     let mut dataset = Dataset::empty(core.with_conditioning(form.conditioning), Gate::Signed);
     dataset.free_terms = form.free_terms;
     let rows = pilots.condition(&dataset.robot, MOST_ROWS)?;
     let stride = rows.len().div_ceil(FITTED_ROWS).max(1);
     dataset.store = rows.iter().step_by(stride).collect();
     let model = Model::Signed { torque: physical::solve(&dataset, robot).torque, drive: robot.drive() };
-    let mut seconds = Seconds::default();
+    let mut sums: BTreeMap<Second, (f64, f64)> = BTreeMap::new();
     for row in rows.iter() {
-        seconds.add((row.run, row.time.floor() as i64), row.power - row.predicted(&model)?);
+        let (sum, count) = sums.entry((row.run, row.time.floor() as i64)).or_default();
+        *sum += row.power - row.predicted(&model)?;
+        *count += 1.0;
     }
-    seconds.close();
-    (!seconds.sizes.is_empty()).then_some(seconds)
+    Losses::of(&sums.into_iter().map(|(second, (sum, count))| (second, sum / count)).collect())
 }
 
-/// Sizes of a residual's means over seconds, W. Sizes, not squares: the few seconds with the
-/// hardest starts and stops must not decide alone.
-#[derive(Default)]
-struct Seconds {
-    current: Option<(u32, i64)>,
-    sum: f64,
-    rows: f64,
-    sizes: BTreeMap<(u32, i64), f64>,
-}
+/// A run, and a second of it.
+type Second = (u32, i64);
 
-impl Seconds {
-    fn add(&mut self, second: (u32, i64), residual: f64) {
-        if self.current != Some(second) {
-            self.close();
-            self.current = Some(second);
-        }
-        self.sum += residual;
-        self.rows += 1.0;
+/// Student's distributions from Cauchy's to nearly the normal one: degrees of freedom, the size
+/// below which half of it lies, and the logarithm of its density at 0 (SciPy: `t.ppf(0.75, k)`,
+/// `t.logpdf(0, k)`).
+const TAILS: [(f64, f64, f64); 5] = [
+    (1.0, 1.0, -1.144_729_886),
+    (2.0, 0.816_496_581, -1.039_720_771),
+    (4.0, 0.740_697_084, -0.980_829_253),
+    (8.0, 0.706_386_613, -0.950_108_612),
+    (16.0, 0.690_132_254, -0.934_553_408),
+];
+
+/// Smallest scale of the means over seconds, W: above what the digits of a log leave.
+const LEAST_SCALE: f64 = 1e-6;
+
+/// How badly each second's mean residual is explained, nats: by the one of [`TAILS`] that explains
+/// a candidate best. A hard turn can leave a hundred times what a crawl leaves; by sizes in W such
+/// seconds would decide alone.
+struct Losses(BTreeMap<Second, f64>);
+
+impl Losses {
+    /// Of means in W; `None` without any.
+    fn of(means: &BTreeMap<Second, f64>) -> Option<Self> {
+        let mut sizes: Vec<f64> = means.values().map(|mean| mean.abs()).collect();
+        let middle = median(&mut sizes)?;
+        let by_tail = TAILS.map(|(freedom, half, log_peak)| {
+            let scale = (middle / half).max(LEAST_SCALE);
+            let loss = |mean: &f64| {
+                scale.ln() - log_peak + (freedom + 1.0) / 2.0 * ((mean / scale).powi(2) / freedom).ln_1p()
+            };
+            Self(means.iter().map(|(second, mean)| (*second, loss(mean))).collect())
+        });
+        by_tail.into_iter().min_by(|a, b| a.mean().total_cmp(&b.mean()))
     }
 
-    fn close(&mut self) {
-        if let Some(second) = self.current.take() {
-            self.sizes.insert(second, (self.sum / self.rows).abs());
-        }
-        (self.sum, self.rows) = (0.0, 0.0);
-    }
-
-    fn mean_size(&self) -> f64 {
-        self.sizes.values().sum::<f64>() / self.sizes.len() as f64
+    fn mean(&self) -> f64 {
+        self.0.values().sum::<f64>() / self.0.len() as f64
     }
 
     /// Compared second by second.
     fn not_worse_than(&self, best: &Self) -> bool {
         let worse: Vec<f64> =
-            self.sizes.iter().filter_map(|(second, size)| Some(size - best.sizes.get(second)?)).collect();
+            self.0.iter().filter_map(|(second, loss)| Some(loss - best.0.get(second)?)).collect();
         let count = worse.len() as f64;
         let mean = worse.iter().sum::<f64>() / count;
         let variance = worse.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (count - 1.0);
         mean <= (variance / count).sqrt()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn losses(seconds: usize, mean: impl Fn(usize) -> f64) -> Losses {
+        Losses::of(&(0..seconds).map(|second| ((0, second as i64), mean(second))).collect()).unwrap()
+    }
+
+    /// Alternating signs; every tenth second is a hard turn with a residual of 100 W.
+    fn turning(quiet: f64, turn: f64) -> Losses {
+        losses(400, |second| {
+            let size = if second % 10 == 0 { turn } else { quiet * (1.0 + (second % 7) as f64 / 10.0) };
+            if second % 2 == 0 { size } else { -size }
+        })
+    }
+
+    #[test]
+    fn hard_turns_do_not_decide_alone() {
+        let (smears, follows) = (turning(1.0, 100.0), turning(0.5, 101.0));
+        assert!(follows.mean() < smears.mean() && !smears.not_worse_than(&follows));
+        // What the two leave in the same seconds counts, not which of them is which.
+        assert!(follows.not_worse_than(&smears) && follows.not_worse_than(&follows));
+    }
+
+    /// SciPy: the least mean of `-t.logpdf(x, k, scale=1 / t.ppf(0.75, k))` over the degrees of
+    /// freedom; the median's size is 1 W.
+    #[test]
+    fn the_tail_is_the_one_that_explains_best() {
+        for (sizes, mean) in [([0.5, -1.0, 2.0], 1.728_289_414), ([0.1, 1.0, -1000.0], 5.984_266_242)] {
+            let got = losses(3, |second| sizes[second]).mean();
+            assert!((got - mean).abs() < 1e-6, "{sizes:?}: {got}");
+        }
     }
 }
