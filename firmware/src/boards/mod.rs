@@ -1,6 +1,8 @@
 //! The two boards that the same tasks run on: what differs between them ends here.
 
 #[cfg(any(feature = "opencr", feature = "virtual"))]
+mod image;
+#[cfg(any(feature = "opencr", feature = "virtual"))]
 mod key;
 #[cfg(feature = "opencr")]
 pub mod opencr;

@@ -37,7 +37,7 @@ pub use sensor_bus::SensorBus;
 pub use servo_port::ServoPort;
 pub use store_flash::StoreFlash;
 pub use time::Limit;
-pub use usb::{UsbDevice, UsbLink};
+pub use usb::{UsbDevice, UsbLink as Link};
 
 bind_interrupts!(struct Irqs {
     I2C1_EV => sensor_bus::Events;
@@ -59,7 +59,7 @@ pub struct Board {
     /// The inertial sensor.
     pub inertial: InertialPort,
     /// The host: the port that the ROS node opens, and ours.
-    pub links: [UsbLink; 2],
+    pub links: [Link; 2],
     /// Serves the bus that the link is on; has to be run.
     pub usb: UsbDevice,
     /// Coefficients, calibration and robot.

@@ -21,6 +21,8 @@ use static_cell::{ConstStaticCell, StaticCell};
 
 use crate::exchange::Kind;
 
+/// Bounds what is waited for: board time is the emulator's.
+pub use embassy_time::Delay as Limit;
 pub use executor::run;
 use link::Queues;
 
@@ -37,6 +39,8 @@ pub struct Board {
     pub sensors: SensorBus,
     /// The wheel servos.
     pub servos: ServoPort,
+    /// Bounds what is waited for on their bus.
+    pub servo_limit: Limit,
     /// The inertial sensor.
     pub inertial: InertialPort,
     /// The host: the port that the ROS node opens, and ours.
@@ -60,6 +64,7 @@ pub fn init() -> Board {
     Board {
         sensors: SensorBus(robot),
         servos: ServoPort::new(robot),
+        servo_limit: Limit,
         inertial: InertialPort(robot),
         links: [Link::new(robot, Kind::NodeLink, node), Link::new(robot, Kind::Link, host)],
         store: StoreFlash(robot),
