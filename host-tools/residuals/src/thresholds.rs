@@ -282,14 +282,11 @@ pub mod manoeuvre {
     /// Rivals that would differ by less than this many standard errors are not worth a drive.
     /// Derived: what a tie is short of.
     pub const WORTH: f64 = 3.0;
-    /// Rivals that would differ by less than this may stay in their tie: the model's errors where
-    /// no run has been yet take as much again. Tuned on `gmr gap-bench --manoeuvre` (27 sets of
-    /// size 0.5), run unknown.
-    pub const PARTED: f64 = 6.0;
-    /// Rivals that would differ by more than this are surely distinguished: a longer drive is not
-    /// worth its time. As above.
-    pub const SURE: f64 = 8.0;
-    /// Lengths that are tried, s: the first that surely distinguishes all rivals, or the last.
+    /// Share of the expected difference of rivals that counts: the model's errors where no run has
+    /// been yet take the rest. Tuned on `gmr gap-bench --manoeuvre` (27 sets of size 0.5), run
+    /// unknown.
+    pub const TRUSTED: f64 = 0.5;
+    /// Lengths that are tried, s: the first that leaves little enough open, or the last.
     /// Chosen: minutes that people drive.
     pub const DURATIONS_S: [f64; 3] = [60.0, 120.0, 240.0];
     /// Length at which blocks are chosen, s. Chosen for time.
@@ -299,11 +296,6 @@ pub mod manoeuvre {
     pub const LEADS_S: [f64; 2] = [2.0, 15.0];
     /// Most blocks that take turns. Chosen for time.
     pub const MOST_BLOCKS: usize = 4;
-    /// A further block has to raise the score by this factor. Chosen.
-    pub const LEAST_RISE: f64 = 1.02;
-    /// One load is recommended if it distinguishes so many times better than light and heavy runs
-    /// by turns. Chosen.
-    pub const ONE_LOAD: f64 = 1.25;
     /// Share of the rows whose speeds and accelerations are below what is taken for the robot's
     /// limit. Chosen: the stray hundredth is noise.
     pub const USUAL: f64 = 0.99;

@@ -2,15 +2,14 @@
 
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use residuals::thresholds::manoeuvre::{PARTED, WORTH};
+use residuals::thresholds::manoeuvre::{TRUSTED, WORTH};
 
 /// The probability of distinguishing rivals that are expected to differ by `z` standard errors.
 ///
 /// The difference of their χ² is normal about z² with a standard deviation of 2 z, and has to
-/// exceed the tie's 9. The model's error where no run has been takes as much of z as the noise
-/// does.
+/// exceed the tie's 9, with the share of z that is [`TRUSTED`].
 pub fn probability(z: f64) -> f64 {
-    let z = z * WORTH / PARTED;
+    let z = TRUSTED * z;
     if z <= 0.0 || z.is_nan() {
         return 0.0;
     }
@@ -23,8 +22,8 @@ mod tests {
 
     #[test]
     fn what_is_expected_at_the_tie_s_edge_is_parted_every_other_time() {
-        assert!((probability(PARTED) - 0.5).abs() < 1e-12);
-        assert!(probability(2.0 * PARTED) > 0.98);
+        assert!((probability(WORTH / TRUSTED) - 0.5).abs() < 1e-12);
+        assert!(probability(2.0 * WORTH / TRUSTED) > 0.98);
         assert_eq!(probability(0.0), 0.0);
         // 9.0816 by hand: z' = q + √(q² + 9) with q = 1.2816 is 4.544, and twice that for the
         // model.

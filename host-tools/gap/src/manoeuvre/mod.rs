@@ -1,9 +1,10 @@
-//! The manoeuvre that distinguishes hypotheses: a speed profile within the robot's limits along
-//! which they disagree most.
+//! The manoeuvre that distinguishes hypotheses: the speed profile within the robot's limits that is
+//! expected to tell most of them.
 
 pub mod advice;
 pub mod effort;
 pub mod family;
+pub mod information;
 pub mod limits;
 pub mod room;
 pub mod separate;
@@ -19,13 +20,13 @@ use support::output::write_whole;
 pub use family::Knots;
 
 use self::family::{Block, Recipe, blocks};
+use self::information::{ENOUGH, Tie};
 use self::limits::Limits;
 use self::room::Room;
 use self::separate::{Ground, Products};
 use crate::report::{Report, Rival};
 use residuals::thresholds::manoeuvre::{
-    CHOICE_S, DURATIONS_S, LEADS_S, LEAST_RISE, MOST_BLOCKS, ONE_LOAD, OPEN, PARTED, RUNS, RUNS_TRIED, SURE,
-    WORTH,
+    CHOICE_S, DURATIONS_S, LEADS_S, MOST_BLOCKS, OPEN, RUNS, RUNS_TRIED, TRUSTED, WORTH,
 };
 use residuals::types::Verdict;
 
@@ -65,6 +66,8 @@ pub struct Suggestion {
     pub masses_kg: Vec<f64>,
     /// Hypotheses, and how well the profile distinguishes them.
     pub pairs: Vec<Pair>,
+    /// Entropy of the rivals' probabilities, nats: now, and as the drive is expected to leave it.
+    pub open_nats: [f64; 2],
     /// Runs of the same profile needed without the effect, with the robot as in the fit: no run
     /// shows the model's error along it yet. 0 where the field's are enough.
     pub reference_runs: usize,
@@ -72,8 +75,8 @@ pub struct Suggestion {
     pub record: Vec<String>,
 }
 
-/// Searches the profile that best distinguishes the hypotheses of an ambiguous report: the closest
-/// pair counts. `None` where there is no tie.
+/// Searches the profile from which most information about the hypotheses of an ambiguous report is
+/// expected. `None` where there is no tie.
 ///
 /// # Errors
 /// As [`Runs::condition`].
@@ -92,6 +95,12 @@ pub fn suggest(
         hypotheses.partition(|(_, hypothesis)| separate::foreseen(hypothesis));
     let (rounds, seen): (Vec<usize>, Vec<Rival>) = seen.into_iter().unzip();
     let known = runs.subset(&report.split.open).with_clean(clean);
+    let probabilities = report.probabilities();
+    let tie = |round| {
+        let of_it = (0..seen.len()).filter(|place| rounds[*place] == round);
+        Tie::of(of_it.map(|place| &seen[place].candidate.id[..]), &probabilities)
+    };
+    let ties: Vec<Tie> = (0..report.ties.len()).map(tie).collect();
     let limits = Limits::new(robot, &known);
     let search = Search {
         field: runs,
@@ -99,24 +108,21 @@ pub fn suggest(
         limits,
         ground: Ground { runs: known, basis, hypotheses: &seen, has_clean: clean.is_some() },
         rounds,
+        ties,
         loads: [robot.mass_no_load_kg(), robot.mass_full_load_kg()],
     };
     let mut pairs = Vec::new();
     let mut best = None;
     let (mut reference_runs, mut count) = (0, RUNS);
-    if search
-        .ground
-        .hypotheses
-        .iter()
-        .any(|hypothesis| hypothesis.candidate.id != search.ground.hypotheses[0].candidate.id)
-    {
+    let now = search.open(&[]);
+    if now > 0.0 {
         let mut recipe = search.best(0)?;
         let mut loaded = search.loaded(&recipe, 0)?;
-        if worst(&loaded.1) < PARTED && clean.is_some() {
+        if search.open(&loaded.1) > ENOUGH && clean.is_some() {
             let other = search.best(RUNS)?;
             let with_clean = search.loaded(&other, RUNS)?;
-            // Reference runs have to be worth recording.
-            if worst(&with_clean.1) > worst(&loaded.1) + 1.0 {
+            // Twice the runs have to halve what is left open.
+            if search.open(&with_clean.1) < 0.5 * search.open(&loaded.1) {
                 (recipe, loaded, reference_runs) = (other, with_clean, RUNS);
             }
         }
@@ -129,7 +135,7 @@ pub fn suggest(
     }
     let mut record: Vec<String> =
         unseen.iter().map(|(_, hypothesis)| advice::to_record(&hypothesis.candidate.id)).collect();
-    for pair in pairs.iter().filter(|pair| pair.z < PARTED) {
+    for pair in pairs.iter().filter(|pair| TRUSTED * pair.z < WORTH) {
         record.extend(pair.ids.iter().map(|id| advice::to_record(id)));
     }
     record.sort();
@@ -145,8 +151,19 @@ pub fn suggest(
         }
         None => (None, String::new(), Vec::new()),
     };
-    let (runs, wanted) = (count, wish.probability);
-    Ok(Some(Suggestion { knots, words, runs, probability, wanted, masses_kg, pairs, reference_runs, record }))
+    let (runs, wanted, open_nats) = (count, wish.probability, [now, search.open(&pairs)]);
+    Ok(Some(Suggestion {
+        knots,
+        words,
+        runs,
+        probability,
+        wanted,
+        masses_kg,
+        pairs,
+        open_nats,
+        reference_runs,
+        record,
+    }))
 }
 
 /// The search over the family.
@@ -157,6 +174,8 @@ struct Search<'a> {
     blocks: Vec<Block>,
     /// The round in which each hypothesis tied: only those of one round are hypotheses.
     rounds: Vec<usize>,
+    /// The rivals of each round.
+    ties: Vec<Tie>,
     /// The lightest and the heaviest total mass, kg.
     loads: [f64; 2],
 }
@@ -195,12 +214,9 @@ impl Search<'_> {
         Ok(pairs)
     }
 
-    /// The z of the closest pair, and a little of all pairs', so that a pair that nothing
-    /// distinguishes does not hide the others.
-    fn score(&self, known: &Products, recipe: &Recipe, reference: usize) -> Result<f64> {
-        let pairs = self.separations(known, recipe, &self.loads, reference, RUNS)?;
-        let mean = pairs.iter().map(|pair| pair.z.min(SURE)).sum::<f64>() / pairs.len().max(1) as f64;
-        Ok(worst(&pairs) + 0.1 * mean)
+    /// Nats that are open where pairs differ so much.
+    fn open(&self, pairs: &[Pair]) -> f64 {
+        self.ties.iter().map(|tie| tie.open(pairs)).sum()
     }
 
     /// Products of the recorded runs, scaled as for recipes of that length.
@@ -209,12 +225,12 @@ impl Search<'_> {
         Ok(self.ground.known(&self.planned(&recipe, &self.loads)?))
     }
 
-    /// Chooses blocks one by one, each the best with those before; then rest and length.
+    /// Chooses blocks one by one, each the best with those before, as long as too much is open; then
+    /// rest and length.
     fn best(&self, reference: usize) -> Result<Recipe> {
         let known = self.known(CHOICE_S)?;
         let mut best: Option<(f64, Recipe)> = None;
-        let mut tail: Vec<usize> = Vec::new();
-        while tail.len() < MOST_BLOCKS {
+        while best.as_ref().is_none_or(|(open, recipe)| *open > ENOUGH && recipe.blocks.len() < MOST_BLOCKS) {
             let mut further: Option<(f64, Recipe)> = None;
             for block in 0..self.blocks.len() {
                 for lead_s in LEADS_S {
@@ -222,28 +238,26 @@ impl Search<'_> {
                     if best.as_ref().is_some_and(|(_, best)| best.lead_s != lead_s) {
                         continue;
                     }
-                    let blocks = tail.iter().copied().chain([block]).collect();
-                    let recipe = Recipe { lead_s, duration_s: CHOICE_S, blocks };
-                    let score = self.score(&known, &recipe, reference)?;
-                    if further.as_ref().is_none_or(|(most, _)| score > *most) {
-                        further = Some((score, recipe));
+                    let before = best.iter().flat_map(|(_, best)| best.blocks.iter().copied());
+                    let recipe =
+                        Recipe { lead_s, duration_s: CHOICE_S, blocks: before.chain([block]).collect() };
+                    let open = self.open(&self.separations(&known, &recipe, &self.loads, reference, RUNS)?);
+                    if further.as_ref().is_none_or(|(least, _)| open < *least) {
+                        further = Some((open, recipe));
                     }
                 }
             }
-            match (further, &best) {
-                (Some(next), Some((most, _))) if next.0 <= LEAST_RISE * most => break,
-                (Some(next), _) => {
-                    tail.clone_from(&next.1.blocks);
-                    best = Some(next);
-                }
-                (None, _) => break,
+            let is_better = |next: &(f64, Recipe)| best.as_ref().is_none_or(|(least, _)| next.0 < *least);
+            match further.filter(is_better) {
+                Some(next) => best = Some(next),
+                None => break,
             }
         }
         let (_, mut recipe) = best.ok_or_else(|| Error::failed("no profile can be tried"))?;
         for duration_s in DURATIONS_S {
             recipe.duration_s = duration_s;
             let pairs = self.separations(&self.known(duration_s)?, &recipe, &self.loads, reference, RUNS)?;
-            if worst(&pairs) >= SURE {
+            if self.open(&pairs) <= ENOUGH {
                 break;
             }
         }
@@ -278,14 +292,20 @@ impl Search<'_> {
         shortest.or_else(best).cloned().ok_or_else(|| Error::failed("no profile can be tried"))
     }
 
-    /// The loads to drive it with, and the pairs' z.
+    /// The loads to drive it with, and the pairs' z: light and heavy by turns where that is enough,
+    /// otherwise those that leave least open.
     fn loaded(&self, recipe: &Recipe, reference: usize) -> Result<(Vec<f64>, Vec<Pair>)> {
         let known = self.known(recipe.duration_s)?;
-        let mut best = (self.loads.to_vec(), self.separations(&known, recipe, &self.loads, reference, RUNS)?);
+        let with =
+            |loads: &[f64]| Ok((loads.to_vec(), self.separations(&known, recipe, loads, reference, RUNS)?));
+        let mut best: (Vec<f64>, Vec<Pair>) = with(&self.loads)?;
         for load in self.loads {
-            let pairs = self.separations(&known, recipe, &[load], reference, RUNS)?;
-            if worst(&pairs) > ONE_LOAD * worst(&best.1) {
-                best = (vec![load], pairs);
+            if self.open(&best.1) <= ENOUGH {
+                break;
+            }
+            let one = with(&[load])?;
+            if self.open(&one.1) < self.open(&best.1) {
+                best = one;
             }
         }
         Ok(best)
@@ -333,6 +353,7 @@ impl Suggestion {
             "reference_runs": self.reference_runs,
             "masses_kg": self.masses_kg,
             "separates": pairs,
+            "open_nats": self.open_nats,
             "record": self.record,
         })
     }
@@ -358,7 +379,9 @@ impl Suggestion {
             }
             let pairs: Vec<String> =
                 self.pairs.iter().map(|pair| format!("{} z = {:.1}", pair.ids.join(" / "), pair.z)).collect();
-            out += &format!("  expected: {}\n", pairs.join("; "));
+            let [now, after] = self.open_nats;
+            let stays = 100.0 * after / now;
+            out += &format!("  expected: {}; {stays:.0} % of the doubt stays\n", pairs.join("; "));
             if let Some(wanted) = self.wanted {
                 let short =
                     if self.probability < wanted { ": no drive that was tried does better" } else { "" };
