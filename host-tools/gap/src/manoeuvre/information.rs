@@ -15,7 +15,7 @@ pub struct Tie {
 const OF_A_NAME: f64 = 0.198_515;
 
 /// Expected entropy that is little enough. By Markov's inequality three drives of four then leave
-/// no more than [`OF_A_NAME`].
+/// no more than a name does.
 pub const ENOUGH: f64 = OF_A_NAME / 4.0;
 
 impl Tie {
