@@ -225,8 +225,8 @@ impl Search<'_> {
         Ok(self.ground.known(&self.planned(&recipe, &self.loads)?))
     }
 
-    /// Chooses blocks one by one, each the best with those before, as long as too much is open; then
-    /// rest and length.
+    /// Chooses blocks one by one, each the best with those before, as long as too much is open;
+    /// then rest and length.
     fn best(&self, reference: usize) -> Result<Recipe> {
         let known = self.known(CHOICE_S)?;
         let mut best: Option<(f64, Recipe)> = None;
