@@ -97,7 +97,8 @@ pub struct Clean {
     pub noise: model_core::payload::Noise<f64>,
 }
 
-/// Fits a base to clean runs, as `gmr fit` does.
+/// Fits a base to clean runs as `gmr fit` does, but without its further terms: gear motors lose in
+/// their gears, which this base lacks.
 ///
 /// # Errors
 /// What plant and fit refuse.
