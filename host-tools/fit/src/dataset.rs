@@ -178,7 +178,7 @@ impl Dataset {
     }
 
     /// Takes a conditioned row into the store, if it is its turn.
-    fn take(&mut self, row: Kept<'_>) {
+    pub(super) fn take(&mut self, row: Kept<'_>) {
         if self.used.is_multiple_of(u64::from(self.stride)) {
             self.keep(row);
         }

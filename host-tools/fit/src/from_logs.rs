@@ -11,7 +11,7 @@ use support::context::Context;
 use support::error::Result;
 use support::metrics::Quality;
 
-use crate::dataset::Reading;
+use crate::dataset::{Dataset, Reading};
 use crate::form::{Judged, Term};
 use crate::linear::Certificate;
 use crate::physical::{Huber, Restarts};
@@ -210,23 +210,36 @@ fn told(fit: Fit, robot: &Robot, warnings: Vec<Warning>, written: Option<String>
 fn fit_logs(context: &Context, request: &Request<'_>) -> Result<Fit> {
     let Request { robot, files, mass_kg, kind, terms, method, pgd, random_starts, .. } = *request;
     let reading = Reading { gate: kind.gate(), cutoff_hz: None, mass_kg };
-    let mut terms = terms.to_vec();
-    let (dataset, judged, fitted) = loop {
-        let (dataset, judged) = read_choosing(context, robot, files, &reading, &terms)?;
-        let fitted = fit(robot, &dataset, kind, method, pgd)?;
-        // What no board takes is no robot's: a term that ends so explains chance, and the form
-        // without it is asked.
-        let taken = judged.iter().rev().find(|judged| judged.taken).map(|judged| judged.term);
-        match taken.filter(|_| fitted.shortcoming.is_none() && !fitted.is_plausible()) {
-            Some(last) => terms.retain(|term| *term != last),
-            None => break (dataset, judged, fitted),
-        }
-    };
+    let read = |terms: &[Term]| read_choosing(context, robot, files, &reading, terms);
+    let (fitted, dataset) = fit_choosing(robot, kind, method, pgd, terms, read)?;
     let restarts = match &fitted.model {
         Model::Signed { torque, .. } if random_starts > 0 => {
             Some(physical::restart(&dataset, robot, torque, fitted.huber, random_starts))
         }
         _ => None,
     };
-    Ok(Fit { judged, restarts, ..fitted })
+    Ok(Fit { restarts, ..fitted })
+}
+
+/// Fits the model to what `read` makes of these further terms, or of fewer.
+pub(super) fn fit_choosing(
+    robot: &Robot,
+    kind: ModelKind,
+    method: Method,
+    pgd: &pgd::Settings,
+    terms: &[Term],
+    read: impl Fn(&[Term]) -> Result<(Dataset, Vec<Judged>)>,
+) -> Result<(Fit, Dataset)> {
+    let mut terms = terms.to_vec();
+    loop {
+        let (dataset, judged) = read(&terms)?;
+        let fitted = fit(robot, &dataset, kind, method, pgd)?;
+        // What no board takes is no robot's: a term that ends so explains chance, and the form
+        // without it is asked.
+        let taken = judged.iter().rev().find(|judged| judged.taken).map(|judged| judged.term);
+        match taken.filter(|_| fitted.shortcoming.is_none() && !fitted.is_plausible()) {
+            Some(last) => terms.retain(|term| *term != last),
+            None => return Ok((Fit { judged, ..fitted }, dataset)),
+        }
+    }
 }

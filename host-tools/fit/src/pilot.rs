@@ -4,11 +4,13 @@ use std::path::PathBuf;
 
 use logs::robot::Robot;
 use logs::robot::chassis::Chassis;
+use logs::runs::RawRun;
 use logs::{Conditioner, RawRow, SampleReader};
 use support::context::Context;
 use support::error::Result;
 
 use super::dataset::{Kept, Rows};
+use super::of_runs;
 
 /// Rows that take part, over all logs.
 const MOST_ROWS: usize = 50_000;
@@ -98,6 +100,12 @@ impl Pilots {
             }
         }
         Some(rows)
+    }
+
+    /// The whole of runs in memory.
+    pub(super) fn of_runs(runs: &[RawRun]) -> Self {
+        let pilot = |run: &RawRun| Pilot { rows: of_runs::rows(run).collect(), period_s: run.period_s };
+        Self { logs: runs.iter().map(pilot).collect(), mass_kg: f64::NAN }
     }
 
     /// One log of these rows.

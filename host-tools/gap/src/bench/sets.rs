@@ -1,20 +1,15 @@
 //! Sets of runs from the plant: clean ones for the base, and field runs with hidden effects.
 
-use std::path::PathBuf;
-
-use fit::dataset::{Dataset, Kept, Run};
-use fit::pgd;
+use logs::RawSample;
 use logs::robot::Robot;
 use logs::runs::{RawRun, Rows, Runs};
-use logs::{Conditioner, RawSample};
-use model::coefficients::{Method, ModelKind};
+use model_core::model::Model;
 use plant::effects::Effect;
 use plant::effects::size::scale_to;
 use plant::field::{Field, Noise};
 use plant::{Scenario, simulate};
 use support::error::{Error, Result};
 
-use model_core::eq18::Gate;
 use residuals::types::Base;
 
 /// Length of a run, s.
@@ -97,47 +92,24 @@ pub struct Clean {
     pub noise: model_core::payload::Noise<f64>,
 }
 
-/// Fits a base to clean runs as `gmr fit` does, but without its further terms: gear motors lose in
-/// their gears, which this base lacks.
+/// Fits a base to clean runs as `gmr fit` does.
 ///
 /// # Errors
 /// What plant and fit refuse.
 pub fn clean(robot: &Robot, seed: u64, noise: Noise, columns: &[&str]) -> Result<Clean> {
-    let chassis = robot.chassis(CUTOFF_HZ)?;
     let raw = record(&field(&[], noise).base(seed), columns)?;
-    let mut dataset = Dataset::empty(chassis.clone(), Gate::Signed);
-    dataset.period_s = raw[0].period_s;
-    for (place, run) in raw.iter().enumerate() {
-        dataset.runs.push(Run { file: PathBuf::from(&run.name), gram: fit::gram::Gram::default() });
-        let mut conditioner =
-            Conditioner::new(&chassis, run.period_s).map_err(|error| Error::failed(format!("{error:?}")))?;
-        for (time, sample, mass, _) in &run.rows {
-            let Some(now) = conditioner.push_sample(sample, f64::NAN, run.period_s) else { continue };
-            if now.settled {
-                let (power, run) = (now.power, place as u32);
-                dataset.store.push(Kept { wheels: &now.wheels, power, mass: *mass, run, time: *time });
-            }
-            dataset.rows += 1;
-        }
-        let mass = run.rows[0].2;
-        if !dataset.masses.contains(&mass) {
-            dataset.masses.push(mass);
-        }
-    }
-    dataset.used = dataset.store.len() as u64;
-    let fit = fit::fit(robot, &dataset, ModelKind::Signed, Method::Physical, &pgd::Settings::default())?;
-    let model_core::model::Model::Signed { torque, drive } = fit.model else {
+    let fit = fit::of_runs(robot, &raw, CUTOFF_HZ)?;
+    let Model::Signed { torque, drive } = fit.model else {
         return Err(Error::failed("the fit is not of the signed model"));
     };
     let base = Base {
         torque,
         covariance: Some(fit.shared_covariance()),
         drive,
-        masses_kg: dataset.masses,
+        masses_kg: fit.masses,
         of_simulator: false,
     };
-    let noise = fit.noise;
-    Ok(Clean { base, runs: Runs::condition_to(&chassis, raw, Rows::Before)?, noise })
+    Ok(Clean { base, runs: Runs::condition_to(&fit.robot, raw, Rows::Before)?, noise: fit.noise })
 }
 
 /// The effect scaled so that it adds `size` standard deviations of the noise to the power of the
