@@ -19,9 +19,10 @@ pub const SIZE_STEP: f64 = 3.0;
 /// Derived: its range ends at −0.9.
 pub const SHARE_SIZE: f64 = 1.0;
 /// What an effect's own form may get wrong, shares of its size, each as likely: nothing, or what
-/// smooth functions of the drive make of a tenth, a third or all of it. Chosen: filters and
-/// backlash are not in the terms, and at a delay's edges they are as large as it is.
-pub const FORM_ERRORS: [f64; 4] = [0.0, 0.1, 0.3, 1.0];
+/// smooth functions of the drive make of a tenth or a third. Chosen: filters and backlash are not
+/// in the terms, and what is wrong by more than a third is something else. What has one form only
+/// has the first: [`super::ways::Way::form_errors`].
+pub const FORM_ERRORS: [f64; 3] = [0.0, 0.1, 0.3];
 
 /// Scale of the half-Cauchy prior of each variance's root, standard deviations of the noise a
 /// function. Derived: seventy functions of that size come to 0.4 together, what a usable fit

@@ -8,7 +8,7 @@ use super::delay::later;
 use super::evidence::{Marginal, Totals, reduce};
 use super::normal::log_mean;
 use super::predicted::Predicted;
-use super::priors::{BENT_SETTLED, BENT_STEPS, DELAY_STEPS, FORM_ERRORS, RUN_SCALES};
+use super::priors::{BENT_SETTLED, BENT_STEPS, DELAY_STEPS, RUN_SCALES};
 use super::products::{Posed, RunProducts};
 use super::scored::Scales;
 use super::ways::Way;
@@ -62,18 +62,19 @@ pub fn about(posed: &Posed<'_>, scales: &Scales, way: &Way, start: &[f64]) -> Op
             let reduced = reduce(totals, posed.shape, &scales.variances, form)?;
             Some(way.gain(&reduced, &scales.sizes) - 0.5 * reduced.minus_two_log)
         };
-        let of_case = |case: usize| {
+        let shares = way.form_errors();
+        let of_case = |case: usize| -> Vec<f64> {
             let totals = totals[scales.cases[case].scale].as_ref();
-            FORM_ERRORS
-                .map(|share| totals.and_then(|sums| value(sums, case, share)).unwrap_or(f64::NEG_INFINITY))
+            let of = |&share| totals.and_then(|sums| value(sums, case, share)).unwrap_or(f64::NEG_INFINITY);
+            shares.iter().map(of).collect()
         };
-        let values: Vec<_> = (0..scales.cases.len()).map(of_case).collect();
-        let evidence = scales.over_none(|case| log_mean(values[case])) - unseen;
-        let all = (0..values.len()).flat_map(|case| (0..FORM_ERRORS.len()).map(move |share| (case, share)));
-        let prior = |(case, share): (usize, usize)| scales.cases[case].weight + values[case][share];
-        let (case, share) = all.max_by(|a, b| prior(*a).total_cmp(&prior(*b)))?;
+        let values: Vec<Vec<f64>> = (0..scales.cases.len()).map(of_case).collect();
+        let evidence = scales.over_none(|case| log_mean(values[case].iter().copied())) - unseen;
+        let all = (0..values.len()).flat_map(|case| (0..shares.len()).map(move |place| (case, place)));
+        let prior = |(case, place): (usize, usize)| scales.cases[case].weight + values[case][place];
+        let (case, place) = all.max_by(|a, b| prior(*a).total_cmp(&prior(*b)))?;
         let runs = marginals(posed, scales, &products, scales.cases[case].scale)?;
-        let by_run = scales.by_run(posed, &runs, |totals| value(totals, case, FORM_ERRORS[share]))?;
+        let by_run = scales.by_run(posed, &runs, |totals| value(totals, case, shares[place]))?;
         return Some(Bent { evidence, coefficients: coefficients.as_slice().to_vec(), covariance, by_run });
     }
     None

@@ -199,7 +199,7 @@ pub fn ways(posed: &Posed<'_>, scales: &Scales) -> Vec<Scored> {
         let (coefficients, _) = way.likeliest(&scales.reduced[middle], &scales.sizes)?;
         let size = size(way, &coefficients);
         let evidence = scales.over_none(|case| {
-            log_mean(FORM_ERRORS.iter().map(|share| {
+            log_mean(way.form_errors().iter().map(|share| {
                 let wanted = share * size / count;
                 let reduced = match nearest(&grid, wanted) {
                     Some(place) => with[case][place].as_ref(),

@@ -7,7 +7,7 @@ use model_core::effects::Term;
 
 use super::evidence::{Reduced, gain, gain_of_several, likeliest};
 use super::normal::log_mean;
-use super::priors::{LEAST_SIZE, MOST_ROLLING, MOST_TIMES, RUN_ENDS, SHARE_SIZE, SIZE_STEP};
+use super::priors::{FORM_ERRORS, LEAST_SIZE, MOST_ROLLING, MOST_TIMES, RUN_ENDS, SHARE_SIZE, SIZE_STEP};
 use super::products::Posed;
 use super::relinearise;
 use nalgebra::{DMatrix, DVector};
@@ -100,6 +100,23 @@ impl Way {
             && discriminant(&a.detail) == discriminant(&b.detail)
     }
 
+    /// Shares of its size that its form may get wrong: none of a constant, of a factor or of a mass,
+    /// which have no other form.
+    pub fn form_errors(&self) -> &'static [f64] {
+        let has_one_form = |regressor: &Regressor| match regressor {
+            Regressor::Term(term) => {
+                matches!(term, Term::Constant | Term::WithMotion(_) | Term::StepAt(_) | Term::Gain(_))
+            }
+            Regressor::Switch(Switched::Static, _)
+            | Regressor::Mass(_)
+            | Regressor::Masses
+            | Regressor::Scale(_) => true,
+            _ => false,
+        };
+        let shares = if self.candidate.regressors.iter().all(has_one_form) { 1 } else { FORM_ERRORS.len() };
+        &FORM_ERRORS[..shares]
+    }
+
     /// Columns among those of all ways.
     pub fn columns(&self) -> std::ops::Range<usize> {
         self.first..self.first + self.units.len()
@@ -167,5 +184,23 @@ impl Way {
             }
             ref several => several.iter().map(|c| c * c).sum::<f64>().sqrt() <= high,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A reading that is a constant off has no other form; friction near rest may have.
+    #[test]
+    fn a_constant_has_one_form() {
+        let of = |regressors: Vec<Regressor>| {
+            let candidate = STATIC_STEP.candidate(regressors, (0.0, 1.0), Detail::Plain, 0.0);
+            Way { candidate, units: vec![1.0], first: 0 }.form_errors()
+        };
+        let (constant, friction) = (Regressor::Term(Term::Constant), Regressor::Term(Term::Stribeck(1.0)));
+        assert_eq!(of(vec![constant.clone()]), [0.0]);
+        assert_eq!(of(vec![friction.clone()]), FORM_ERRORS);
+        assert_eq!(of(vec![constant, friction]), FORM_ERRORS);
     }
 }
