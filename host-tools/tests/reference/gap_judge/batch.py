@@ -2,12 +2,13 @@
 
     python batch.py OUT.jsonl --gmr PATH [--kind effects|free|foreign|pairs] [--robots servo brisk] [--sizes 0.5 1 2]
                     [--seeds 0 4] [--names …] [--mode coeffs|alone|lost] [--engines rules likelihood] [--jobs 2] [--keep FOLDER] [--minutes M]
-                    [--count N] [--known EARLIER.jsonl …] [--hard]
+                    [--count N] [--known EARLIER.jsonl …] [--hard [CONDITION …]]
 
 `coeffs`: with base.toml of six clean runs; `alone`: no coefficients; `lost`: base.toml, but the clean runs are gone.
 Sets that were answered wrongly are kept in --keep. The order is shuffled by the first seed, so that the first --count of them, and what is
 done after --minutes, are a fair sample.
-Earlier results spare the search for the magnitudes. `--hard`: each set has one condition of hard.py, by turns.
+Earlier results spare the search for the magnitudes. `--hard`: each set has one condition of hard.py, by turns;
+those that are named, or all but the ten-minute runs.
 """
 
 import argparse
@@ -129,7 +130,7 @@ def main():
     parser.add_argument("--keep")
     parser.add_argument("--known", nargs="*", default=[])
     parser.add_argument("--minutes", type=float)
-    parser.add_argument("--hard", action="store_true")
+    parser.add_argument("--hard", nargs="*", choices=[*hard.CONDITIONS, *hard.LASTING])
     parser.add_argument("--count", type=int, help="no more sets than so many")
     a = parser.parse_args()
     a.gmr = os.path.abspath(a.gmr)
@@ -141,8 +142,9 @@ def main():
                     known[line["robot"], line["seed"], effect, line["size"]] = (x, got)
     todo = list(tasks(a))
     todo = [todo[k] for k in np.random.default_rng(a.seeds[0]).permutation(len(todo))[: a.count]]
+    conditions = a.hard or hard.CONDITIONS
     for place, t in enumerate(todo):
-        t["hard"] = hard.CONDITIONS[place % len(hard.CONDITIONS)] if a.hard else None
+        t["hard"] = None if a.hard is None else conditions[place % len(conditions)]
         found = [known.get((t["robot"], t["seed"], name, t["size"])) for name in t["effect"]]
         t["known"] = found if all(found) else None
     start = time.time()

@@ -1,8 +1,9 @@
-"""Speed references of six styles: forward speed and turn rate, limited in acceleration, 60 s."""
+"""Speed references of six styles: forward speed and turn rate, limited in acceleration."""
 
 import numpy as np
 
 STEP = 5e-4  # s, of the integration
+SECONDS = 60.0
 
 
 def limited(target, rate):
@@ -50,9 +51,9 @@ def pieces(rng, style):
 STYLES = ["stop-and-go", "straights", "arcs", "spins", "to-and-fro", "mission"]
 
 
-def reference(robot, style, rng, seconds=60.0):
+def reference(robot, style, rng):
     """Wheel speeds (left, right) in rad/s at every step."""
-    count = int(round(seconds / STEP))
+    count = int(round(SECONDS / STEP))
     v, yaw = np.zeros(count), np.zeros(count)
     at = int(rng.uniform(0.5, 2.0) / STEP)
     for length, speed, turn in pieces(rng, style):

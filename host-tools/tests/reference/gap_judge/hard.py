@@ -1,4 +1,4 @@
-"""What makes a set hard beside its effect: a wrong robot.toml, floors that scatter, other rates, few runs.
+"""What makes a set hard beside its effect: a wrong robot.toml, floors that scatter, other rates, few runs, long ones.
 
     python hard.py RESULT.jsonl        # of batch.py --hard: a line a condition
 """
@@ -9,6 +9,7 @@ from collections import Counter
 from contextlib import contextmanager
 from pathlib import Path
 
+import drives
 import effects
 import sensors
 import sets
@@ -21,6 +22,7 @@ WRONG = {"radius +3 %": ("wheel_radius_m", 1.03), "radius -3 %": ("wheel_radius_
 PERIODS = {"10 Hz": 0.1, "50 Hz": 0.02}
 KEPT = {"4 field runs": ("field", 4), "3 clean runs": ("clean", 3)}
 SCATTER = {"rolling scatters by 5 %": 0.05}
+LASTING = {"ten-minute runs": 600.0}
 # Each has the period by its own name.
 MODULES = (effects, sensors, sets)
 CONDITIONS = [*WRONG, *SCATTER, *PERIODS, *KEPT]
@@ -28,13 +30,15 @@ CONDITIONS = [*WRONG, *SCATTER, *PERIODS, *KEPT]
 
 @contextmanager
 def sampled(condition):
-    """Sensors of the condition's rate."""
-    usual = sensors.PERIOD
+    """Sensors of the condition's rate, drives of its length."""
+    usual, usually = sensors.PERIOD, drives.SECONDS
+    drives.SECONDS = LASTING.get(condition, usually)
     for module in MODULES:
         module.PERIOD = PERIODS.get(condition, usual)
     try:
         yield
     finally:
+        drives.SECONDS = usually
         for module in MODULES:
             module.PERIOD = usual
 
