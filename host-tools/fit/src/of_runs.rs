@@ -6,9 +6,9 @@ use logs::robot::Robot;
 use logs::runs::RawRun;
 use logs::{Conditioner, RawRow};
 use model_core::eq18::Gate;
-use support::error::{Error, Result};
+use support::error::Result;
 
-use crate::dataset::{Dataset, Kept, Run};
+use crate::dataset::{Dataset, Kept, Run, condition};
 use crate::form::{TERMS, Term};
 use crate::from_logs::fit_choosing;
 use crate::gram::Gram;
@@ -29,14 +29,15 @@ pub fn of_runs(robot: &Robot, runs: &[RawRun], cutoff_hz: f64) -> Result<Fit> {
         let mut dataset = Dataset::empty(core, Gate::Signed);
         dataset.period_s = runs.first().map_or(f64::NAN, |run| run.period_s);
         for (place, run) in runs.iter().enumerate() {
-            let mut conditioner = Conditioner::new(&dataset.robot, run.period_s)
-                .map_err(|error| Error::failed(format!("{error:?}")).in_file(&run.name))?;
+            let file = PathBuf::from(&run.name);
+            let mut conditioner = Conditioner::of_log(&dataset.robot, &file, run.period_s)?;
             for raw in rows(run) {
                 dataset.rows += 1;
-                let Some(now) = conditioner.push(&raw).filter(|now| now.settled) else { continue };
-                dataset.take(Kept { run: place as u32, ..Kept::of(now, &raw, f64::NAN) });
+                if let Some(row) = condition(&mut conditioner, &raw, f64::NAN) {
+                    dataset.take(Kept { run: place as u32, ..row });
+                }
             }
-            dataset.runs.push(Run { file: PathBuf::from(&run.name), gram: Gram::default() });
+            dataset.runs.push(Run { file, gram: Gram::default() });
         }
         dataset.free_terms = choice.form.free_terms;
         dataset.long_search = choice.long_search;

@@ -3,7 +3,7 @@
 import numpy as np
 
 STEP = 5e-4  # s, of the integration
-SECONDS = 60.0
+SECONDS = 60.0  # of a drive; hard.py has longer ones
 
 
 def limited(target, rate):
