@@ -8,6 +8,7 @@ use logs::robot::Robot;
 use logs::standing::{Standings, Stuck};
 use logs::suspicion::{Kind, Look, Suspicion};
 use logs::{Header, MASS, POWER, SampleReader};
+use rayon::prelude::*;
 use support::context::Context;
 use support::error::{Error, Result};
 
@@ -26,17 +27,25 @@ pub fn look(context: &Context, robot: &Robot, files: &[PathBuf], mass_kg: f64) -
     let mut untold = Vec::new();
     let mut tells = false;
     foreign::prepare(context, files);
-    for file in files {
-        let (suspicions, stuck, told) = look_at(context, robot, file)?;
-        warnings.extend(stuck.iter().map(|stuck| {
-            Warning::of_log(format!("{}: {stuck}; check the sensor, leave this stretch out", file.display()))
-        }));
-        tells |= told;
-        if !told {
-            untold.push(file);
-        }
-        for suspicion in &suspicions {
-            warnings.push(judge(file, suspicion, mass_kg)?);
+    for files in files.chunks(rayon::current_num_threads()) {
+        // Opened in their order: what there is to say of each is said then, and pipes come one by one.
+        let readers: Vec<_> = files.iter().map(|file| SampleReader::open(context, file, robot)).collect();
+        let seen: Vec<_> = readers.into_par_iter().map(|reader| look_at(robot, reader?)).collect();
+        for (file, seen) in files.iter().zip(seen) {
+            let (suspicions, stuck, told) = seen?;
+            warnings.extend(stuck.iter().map(|stuck| {
+                Warning::of_log(format!(
+                    "{}: {stuck}; check the sensor, leave this stretch out",
+                    file.display()
+                ))
+            }));
+            tells |= told;
+            if !told {
+                untold.push(file);
+            }
+            for suspicion in &suspicions {
+                warnings.push(judge(file, suspicion, mass_kg)?);
+            }
         }
     }
     // Where no log tells, that is what was asked for.
@@ -75,8 +84,7 @@ pub fn check_masses(context: &Context, robot: &Robot, files: &[PathBuf]) -> Resu
 }
 
 /// What there is to doubt of a log, what stands still in it, and whether it tells masses.
-fn look_at(context: &Context, robot: &Robot, file: &Path) -> Result<(Vec<Suspicion>, Vec<Stuck>, bool)> {
-    let mut reader = SampleReader::open(context, file, robot)?;
+fn look_at(robot: &Robot, mut reader: SampleReader) -> Result<(Vec<Suspicion>, Vec<Stuck>, bool)> {
     let gap = logs::MIN_GAP_FACTOR * reader.period_s();
     let mut look = Look::new(robot);
     let mut standings = Standings::new(robot, robot.wheels());

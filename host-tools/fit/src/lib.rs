@@ -283,10 +283,13 @@ pub fn fit(
     };
     let solve_s = started.elapsed().as_secs_f64();
     let mut noise = assess::noise(dataset, &model);
-    let Judgement { uncertainty, parameters, lasting_error, energy_std_w, mass_effect } =
-        judge(dataset, &model, &weights, &noise);
-    let quality = assess::quality(dataset, &model, robot.mape_floor_w())
-        .ok_or_else(|| Error::failed("the fitted model predicts no finite power for any row"))?;
+    let (judgement, quality) = rayon::join(
+        || judge(dataset, &model, &weights, &noise),
+        || assess::quality(dataset, &model, robot.mape_floor_w()),
+    );
+    let Judgement { uncertainty, parameters, lasting_error, energy_std_w, mass_effect } = judgement;
+    let quality =
+        quality.ok_or_else(|| Error::failed("the fitted model predicts no finite power for any row"))?;
     // With one payload or speed the model's dependence on the mass is a guess: no window says
     // anything about it.
     let identifies_mass = shortcoming.is_none();
@@ -384,15 +387,17 @@ fn mass_effect(
 }
 
 fn judge(dataset: &Dataset, model: &Model<f64>, weights: &[f64], noise: &Noise<f64>) -> Judgement {
-    let lasting = |gradient: &dyn Fn(&Kept<'_>) -> DVector<f64>, values: &[f64], covariance| {
+    let lasting = |gradient: &(dyn Fn(&Kept<'_>) -> DVector<f64> + Sync), values: &[f64], covariance| {
         // What is at 0 is held there by its bound.
         let free = |row: &Kept<'_>| {
             let slopes = gradient(row);
             DVector::from_fn(values.len(), |i, _| if values[i] == 0.0 { 0.0 } else { slopes[i] })
         };
-        let unseen = unseen::lasting_errors(dataset, model, weights, free, noise);
-        let of_mass = assess::lasting_error(dataset, model, gradient, covariance, noise).max(unseen.mass_w);
-        unseen::Lasting { mass_w: of_mass, ..unseen }
+        let (unseen, of_parameters) = rayon::join(
+            || unseen::lasting_errors(dataset, model, weights, free, noise),
+            || assess::lasting_error(dataset, model, gradient, covariance, noise),
+        );
+        unseen::Lasting { mass_w: of_parameters.max(unseen.mass_w), ..unseen }
     };
     match model {
         Model::Signed { torque, drive } => {

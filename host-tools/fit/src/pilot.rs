@@ -6,6 +6,7 @@ use logs::robot::Robot;
 use logs::robot::chassis::Chassis;
 use logs::runs::RawRun;
 use logs::{Conditioner, RawRow, SampleReader};
+use rayon::prelude::*;
 use support::context::Context;
 use support::error::Result;
 
@@ -86,20 +87,18 @@ impl Pilots {
     pub(super) fn condition(&self, core: &Chassis, most: usize) -> Option<Rows> {
         let all: usize = self.logs.iter().map(|log| log.rows.len()).sum();
         let stride = all.div_ceil(most).max(1);
-        let mut rows = Rows::with_capacity(all / stride + 1, core.wheels());
-        let mut used = 0_usize;
-        for (place, log) in self.logs.iter().enumerate() {
+        let of_log = |(place, log): (usize, &Pilot)| {
             let mut conditioner = Conditioner::new(core, log.period_s).ok()?;
+            let mut rows = Rows::with_capacity(log.rows.len(), core.wheels());
             for raw in &log.rows {
                 let Some(now) = conditioner.push(raw).filter(|now| now.settled) else { continue };
-                if used.is_multiple_of(stride) {
-                    let run = raw.run * self.logs.len() as u32 + place as u32;
-                    rows.push(Kept { run, ..Kept::of(now, raw, self.mass_kg) });
-                }
-                used += 1;
+                let run = raw.run * self.logs.len() as u32 + place as u32;
+                rows.push(Kept { run, ..Kept::of(now, raw, self.mass_kg) });
             }
-        }
-        Some(rows)
+            Some(rows)
+        };
+        let of_logs = self.logs.par_iter().enumerate().map(of_log).collect::<Option<Vec<Rows>>>()?;
+        Some(of_logs.iter().flat_map(|rows| rows.iter()).step_by(stride).collect())
     }
 
     /// The whole of runs in memory.

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use logs::robot::Robot;
 use logs::robot::chassis::Chassis;
+use rayon::prelude::*;
 
 use super::super::dataset::{Row, Rows, Stretch};
 use super::super::physical::{self, Bounds, Descent, FreeTerms, Loss, Parameters};
@@ -151,7 +152,7 @@ impl<'a> Problem<'a> {
     ) -> Option<Trial> {
         let (mut fitted, mut parameters) = ([0.0; FOLDS], [Parameters::zeros(); FOLDS]);
         let mut errors = Errors::new();
-        for fold in 0..FOLDS {
+        let without = |fold: usize| {
             let of = |held_out: bool| {
                 let kept = rows.iter().zip(folds).filter(move |(_, of_row)| (**of_row == fold) == held_out);
                 kept.map(|(row, _)| row).collect::<Rows>()
@@ -161,9 +162,14 @@ impl<'a> Problem<'a> {
                 return None;
             }
             let end = self.search(form, train.all(), near.map(|near| &near.parameters[fold]));
-            fitted[fold] = self.errors(train.all(), &end.parameters).values().sum();
-            parameters[fold] = end.parameters;
-            errors.extend(self.errors(test.all(), &end.parameters));
+            let of_train: f64 = self.errors(train.all(), &end.parameters).values().sum();
+            Some((of_train, end.parameters, self.errors(test.all(), &end.parameters)))
+        };
+        let ends = (0..FOLDS).into_par_iter().map(without).collect::<Option<Vec<_>>>()?;
+        for (fold, (of_train, of_fold, of_test)) in ends.into_iter().enumerate() {
+            fitted[fold] = of_train;
+            parameters[fold] = of_fold;
+            errors.extend(of_test);
         }
         fitted.iter().all(|error| error.is_finite()).then_some(Trial { fitted, errors, parameters })
     }
