@@ -205,6 +205,8 @@ const NORMAL_95: f64 = 1.96;
 
 impl<T: Real, const N: usize> Robot<T, N> {
     /// The motion where it has lasted: scrub is all there.
+    // Asked once an image: not laid out anew in each of its two loops.
+    #[inline(never)]
     fn settled_motion(&self, speed: &[T; N], acceleration: &[T; N]) -> Motion<T, N> {
         let memory = self.conditioning.slip;
         match self.mass_matrix.sides() {
