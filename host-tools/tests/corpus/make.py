@@ -31,7 +31,9 @@ SLOW_S = 10
 CHANGING = [
     # How long work took: in JSON, behind a solver's steps, and in a column of compare's table.
     (re.compile(rb'("(?:fit|reading|filter|sums|sums_kept|judging|page|all_logs)_s": )[0-9.e+-]+'), rb"\1<seconds>"),
+    (re.compile(rb'("seconds": )[0-9.e+-]+'), rb"\1<seconds>"),
     (re.compile(rb"(steps in )[0-9.]+ s"), rb"\1<seconds>"),
+    (re.compile(rb"(, median) +[0-9.]+ s  slowest [0-9.]+ s"), rb"\1 <seconds>"),
     (re.compile(rb" +[0-9]+\.[0-9]{3} +(?=\S+ +(?:1 s|1 sample|plan)\b)"), b" <seconds> "),
     # A temporary file's own name.
     (re.compile(rb"\.gmr-\w+(\.tmp)?"), b".gmr-<name>"),
