@@ -1,7 +1,5 @@
 //! The workflow: split, detect, localise, name, tie or abstain, add, repeat, confirm.
 
-use std::fmt::Write as _;
-
 use logs::runs::Runs;
 use model::effects::{Candidate, Regressor, World, physical};
 use support::error::Result;
@@ -9,27 +7,23 @@ use support::error::Result;
 use super::confirm::{self, Confirmed, ConfirmedShare};
 use super::report::localise;
 use super::report::{Basis, Report, Rival};
+use super::rounds::search;
 use super::words;
 use nalgebra::DMatrix;
 use residuals::calibrate::shown_by_clean;
 use residuals::detect::over_dispersion::OverDispersion;
-use residuals::detect::{shape_test, structure};
 use residuals::identifiable::{also_with_one_mass, has_one_mass};
 use residuals::late;
 use residuals::name::hypothesis::Hypothesis;
-use residuals::name::{Choice, name, with_locked};
 use residuals::predictor::{Predictor, State};
-use residuals::problem::Problem;
 use residuals::problem::clean_delay;
-use residuals::problem::fit::Fitted;
 use residuals::problem::open::{open_problem, precision};
 use residuals::scope::Testable;
 use residuals::split;
 use residuals::thresholds::calibrate::MARGIN;
 use residuals::thresholds::confirm::LEAST_CLOSED;
-use residuals::thresholds::detect::{SHAPE, SHAPE_TOLERANCE};
-use residuals::thresholds::name::{DELAY_SAMPLES, LEAST_FURTHER};
-use residuals::types::{Base, Named, Options, Round, Verdict};
+use residuals::thresholds::name::DELAY_SAMPLES;
+use residuals::types::{Base, Named, Options, Verdict};
 
 /// Runs the workflow.
 ///
@@ -160,138 +154,6 @@ fn rival(hypothesis: Hypothesis) -> Rival {
 /// Whether most of the locked runs' excess over clean ones remains.
 fn leaves_most(confirmed: &Confirmed) -> bool {
     confirmed.closed_to_clean().is_none_or(|closed| closed < LEAST_CLOSED)
-}
-
-/// The result of the rounds over the open runs.
-struct Findings {
-    verdict: Verdict,
-    state: State,
-    named: Vec<Candidate>,
-    fitted: Option<Fitted>,
-    /// Ids of hypotheses that explain as much as what was named.
-    ambiguous: Vec<String>,
-    ties: Vec<Vec<Hypothesis>>,
-    rounds: Vec<Round>,
-}
-
-/// Round after round: is there structure, and what explains it? `by_noise`: the greatest |z| of
-/// noise alone.
-fn search(problem: &Problem<'_>, list: &[Candidate], by_noise: f64, options: &Options) -> Findings {
-    let mut findings = Findings {
-        verdict: Verdict::None,
-        state: problem.start(),
-        named: Vec::new(),
-        fitted: None,
-        ambiguous: Vec::new(),
-        ties: Vec::new(),
-        rounds: Vec::new(),
-    };
-    let mut gained = 0.0;
-    while findings.named.len() <= options.most_effects {
-        let structure = structure(problem, &findings.state, list, &findings.named);
-        let shape_test = shape_test(problem, &findings.state);
-        let allowed = (options.threshold.powi(2) + options.tolerance * gained).sqrt();
-        let in_shape = shape_test.powi(2) <= problem.inflated(SHAPE).powi(2) + SHAPE_TOLERANCE * gained;
-        if structure.greatest <= allowed && in_shape {
-            findings.rounds.push(Round {
-                structure: structure.greatest,
-                allowed,
-                candidates: structure.scored,
-                outcome: if structure.greatest <= by_noise {
-                    "no structure beyond the noise".to_owned()
-                } else {
-                    "no structure beyond what clean runs show of each other, or what was named leaves"
-                        .to_owned()
-                },
-            });
-            break;
-        }
-        let round = name(problem, &findings.state, list, &findings.named, structure, allowed, options);
-        findings.rounds.push(round.record);
-        match round.choice {
-            // An effect that gains next to nothing only mops up after a wrong name.
-            Some(choice)
-                if findings.named.len() < options.most_effects && choice.gain >= LEAST_FURTHER * gained =>
-            {
-                gained += choice.gain;
-                findings.add(choice);
-            }
-            _ => {
-                findings.verdict = Verdict::Unexplained;
-                break;
-            }
-        }
-    }
-    findings.settle();
-    findings
-}
-
-impl Findings {
-    /// Whether all named effects are of single runs: no locked run has them.
-    fn lives_in_single_runs(&self) -> bool {
-        self.state.effects.iter().all(|(regressor, _)| regressor.run().is_some())
-    }
-
-    /// The fitted delay of the power, s.
-    fn delay(&self) -> Option<f64> {
-        let mut effects = self.state.effects.iter();
-        effects.find(|(regressor, _)| *regressor == Regressor::Delay).map(|(_, delay)| *delay)
-    }
-
-    fn add(&mut self, choice: Choice) {
-        self.state = choice.hypothesis.fitted.state.clone();
-        self.named.push(choice.hypothesis.candidate.clone());
-        if !choice.ties.is_empty() {
-            let winner = choice.hypothesis.candidate.id.clone();
-            let tied = |hypothesis: &Hypothesis| {
-                hypothesis.candidate.id == winner || choice.ties.contains(&hypothesis.candidate.id)
-            };
-            let others = choice.others.into_iter().filter(tied);
-            self.ties.push([choice.hypothesis.clone()].into_iter().chain(others).collect());
-        }
-        self.ambiguous.extend(choice.ties);
-        self.fitted = Some(choice.hypothesis.fitted);
-        self.verdict = if self.ambiguous.is_empty() { Verdict::Named } else { Verdict::Ambiguous };
-    }
-
-    /// Strikes the rivals from each tie that the locked runs strike; see [`with_locked`].
-    fn strike(&mut self, all: &Problem<'_>, threshold: f64) {
-        for place in 0..self.ties.len() {
-            let winner = self.ties[place][0].candidate.clone();
-            let round = self.named.iter().take_while(|candidate| **candidate != winner).count();
-            let from: usize = self.named[..round].iter().map(|candidate| candidate.regressors.len()).sum();
-            let mut others = self.state.clone();
-            others.effects.drain(from..from + winner.regressors.len());
-            let struck = with_locked::struck(all, &others, &self.ties[place], threshold);
-            self.ties[place].retain(|rival| !struck.contains(&rival.candidate.id));
-            let is_tied = |id: &String| self.ties.iter().flatten().any(|rival| rival.candidate.id == *id);
-            self.ambiguous.retain(|id| !struck.contains(id) || is_tied(id));
-            if let Some(record) = self.rounds.get_mut(round).filter(|_| !struck.is_empty()) {
-                let _ = write!(record.outcome, "; with the locked runs it is not {}", struck.join(", "));
-            }
-        }
-        self.ties.retain(|tie| tie.iter().any(|rival| rival.candidate.id != tie[0].candidate.id));
-        self.settle();
-    }
-
-    /// Adds to the tie what the names may stand for as well.
-    fn doubt(&mut self, others: Vec<String>) {
-        if self.verdict.stands() && !others.is_empty() {
-            self.ambiguous.extend(others);
-            self.verdict = Verdict::Ambiguous;
-            self.settle();
-        }
-    }
-
-    /// A rival that a later round named is in doubt no longer.
-    fn settle(&mut self) {
-        self.ambiguous.retain(|id| self.named.iter().all(|candidate| candidate.id != *id));
-        self.ambiguous.sort();
-        self.ambiguous.dedup();
-        if self.verdict == Verdict::Ambiguous && self.ambiguous.is_empty() {
-            self.verdict = Verdict::Named;
-        }
-    }
 }
 
 /// The effects with their physical sizes and standard errors. The last rows of `covariance` are

@@ -16,6 +16,7 @@ pub mod manoeuvre;
 pub mod power_only;
 pub mod refit;
 pub mod report;
+mod rounds;
 pub mod simulator;
 pub mod weighed;
 pub mod words;
