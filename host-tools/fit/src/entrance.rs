@@ -28,7 +28,7 @@ pub fn look(context: &Context, robot: &Robot, files: &[PathBuf], mass_kg: f64) -
     let mut tells = false;
     foreign::prepare(context, files);
     for files in files.chunks(rayon::current_num_threads()) {
-        // Opened in their order: what there is to say of each is said then, and pipes come one by one.
+        // Opened in their order: notices are given then, and pipes come one by one.
         let readers: Vec<_> = files.iter().map(|file| SampleReader::open(context, file, robot)).collect();
         let seen: Vec<_> = readers.into_par_iter().map(|reader| look_at(robot, reader?)).collect();
         for (file, seen) in files.iter().zip(seen) {

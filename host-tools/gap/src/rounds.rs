@@ -71,8 +71,7 @@ pub(crate) fn search(
     while findings.named.len() <= options.most_effects {
         let left = question.of(&findings.state, &findings.named, gained);
         let greatest = left.structure.greatest;
-        // An effect that gained next to nothing may mop up after a wrong name, unless nothing at all
-        // is left.
+        // What gained next to nothing may mop up after a wrong name, unless nothing at all is left.
         let is_enough = left.is_explained() && (!mops_up || greatest <= NOTHING_LEFT);
         if is_enough {
             let outcome = if greatest <= by_noise {

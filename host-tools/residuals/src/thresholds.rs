@@ -147,11 +147,11 @@ pub mod detect {
     /// seeds from 101,000); some sixty columns of normal scores ask for 3.5 only: what is above it
     /// stands for scores that are no normal variables.
     pub const STRUCTURE: f64 = 5.3;
-    /// |z| that is noise whatever was searched for. Derived: the greatest of a hundred normal scores is
-    /// below it in 95 of 100 sets.
+    /// |z| that is noise whatever was searched for. Derived: the greatest of a hundred normal scores
+    /// is below it in 95 of 100 sets.
     pub const NOTHING_LEFT: f64 = 3.5;
-    /// The same as [`STRUCTURE`] without clean runs, which show the model's errors without any effect. Tuned on the
-    /// own bench without clean runs, run unknown.
+    /// The same as [`STRUCTURE`] without clean runs, which show the model's errors without any
+    /// effect. Tuned on the own bench without clean runs, run unknown.
     pub const STRUCTURE_ALONE: f64 = 20.0;
     /// Share of an effect's own gain in χ² that may be left as structure: no term of the model is
     /// exact. Tuned on the own bench, run unknown (a prototype needed 0.04).
