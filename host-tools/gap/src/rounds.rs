@@ -15,6 +15,13 @@ use residuals::thresholds::name::LEAST_FURTHER;
 use residuals::thresholds::problem::MOST_FIT_STEPS;
 use residuals::types::{Options, Round, Status, Verdict};
 
+/// Another effect takes the place of one by more than this: what a column gains by chance, χ².
+const CHANCE: f64 = 1.0;
+
+/// Exchanges lower the loss, but a fit may end elsewhere than before: each effect is asked for
+/// again so many times at most, and so many more effects are named than there may be.
+const MOST_ASKED: usize = 2;
+
 /// What is known of an effect that was named, χ².
 #[derive(Debug, Clone, Copy)]
 struct Asked {
@@ -24,9 +31,18 @@ struct Asked {
     price: f64,
 }
 
+/// What became of an effect that was asked for again.
+enum Again {
+    Stays,
+    IsAnother,
+    IsNotNeeded,
+}
+
 /// An effect that was taken out to be asked for again.
 struct Taken {
     hypothesis: Hypothesis,
+    /// Loss with it, and what the search for it costs.
+    least: f64,
     gain: f64,
     /// The fit of all others.
     without: Fitted,
@@ -68,6 +84,7 @@ pub(crate) fn search(
     };
     let question = Question { problem, list, options };
     let (mut gained, mut mops_up) = (0.0, false);
+    let mut left_to_name = MOST_ASKED * options.most_effects;
     while findings.named.len() <= options.most_effects {
         let left = question.of(&findings.state, &findings.named, gained);
         let greatest = left.structure.greatest;
@@ -82,11 +99,12 @@ pub(crate) fn search(
             findings.rounds.push(left.into_round(outcome.to_owned()));
             break;
         }
-        let room = !mops_up && findings.named.len() < options.most_effects;
+        let room = !mops_up && findings.named.len() < options.most_effects && left_to_name > 0;
         let round = question.name(left, &findings.state, &findings.named);
         findings.rounds.push(round.record);
         match round.choice {
             Some(choice) if room => {
+                left_to_name -= 1;
                 gained += choice.gain;
                 findings.add(choice);
                 gained = findings.ask_again(&question, gained);
@@ -185,12 +203,20 @@ impl Findings {
     fn ask_again(&mut self, question: &Question<'_>, gained: f64) -> f64 {
         let before = self.loss();
         let gained_now = |findings: &Self| gained + before - findings.loss();
-        // The last one was asked with all others known. Each exchange lowers the loss: it ends.
+        // The last one was asked with all others known.
         let mut confirmed = 1;
-        while confirmed < self.named.len() {
+        for _ in 0..MOST_ASKED * self.named.len() {
+            if confirmed >= self.named.len() {
+                break;
+            }
             let gained = gained_now(self);
             let Some(first) = self.take_first(question.problem) else { return gained };
-            confirmed = if self.ask(question, first, gained) { confirmed + 1 } else { 1 };
+            confirmed = match self.ask(question, first, gained) {
+                Again::Stays => confirmed + 1,
+                Again::IsAnother => 1,
+                // The others explain all that is there: nothing is asked of them.
+                Again::IsNotNeeded => return gained_now(self),
+            };
         }
         // Each that stayed has gone to the end: one more, and they are in the order of the rounds.
         if confirmed > 1
@@ -211,9 +237,10 @@ impl Findings {
         let (candidate, asked) = (self.named.remove(0), self.asked.remove(0));
         let tie = self.ties.iter().position(|tie| tie[0].candidate == candidate);
         let tie = tie.map(|place| self.ties.remove(place));
-        let penalised = fitted.loss + asked.price;
+        let (penalised, least) = (fitted.loss + asked.price, fitted.loss.min(self.loss()) + asked.price);
         Some(Taken {
             hypothesis: Hypothesis { candidate, fitted, penalised },
+            least,
             gain: asked.gain,
             without,
             tie,
@@ -227,13 +254,13 @@ impl Findings {
         self.take(hypothesis, gain);
     }
 
-    /// Asks for an effect again, and returns whether it stays.
-    fn ask(&mut self, question: &Question<'_>, taken: Taken, gained: f64) -> bool {
+    /// Asks for an effect again.
+    fn ask(&mut self, question: &Question<'_>, taken: Taken, gained: f64) -> Again {
         let Taken { hypothesis: old, without, .. } = &taken;
         // A delay is a nuisance of the base.
         if old.candidate.regressors == [Regressor::Delay] {
             self.give_back(taken);
-            return true;
+            return Again::Stays;
         }
         let by_others = (gained - (without.loss - old.fitted.loss)).max(0.0);
         let left = question.of(&without.state, &self.named, by_others);
@@ -243,7 +270,7 @@ impl Findings {
             self.state = without.state.clone();
             self.fitted = Some(taken.without);
             self.doubt_what_is_tied();
-            return false;
+            return Again::IsNotNeeded;
         }
         let Naming { choice, record } = question.name(left, &without.state, &self.named);
         match choice {
@@ -253,18 +280,18 @@ impl Findings {
                 let hypothesis = if is_better { choice.hypothesis } else { taken.hypothesis };
                 self.add(Choice { hypothesis, ..choice });
             }
-            Some(choice) if choice.hypothesis.penalised < old.penalised => {
+            Some(choice) if choice.hypothesis.penalised + CHANCE < taken.least => {
                 self.take_name_back(&old.candidate.id);
                 let outcome = format!("{} asked again: {}", old.candidate.id, record.outcome);
                 self.rounds.push(Round { outcome, ..record });
                 self.add(choice);
                 self.doubt_what_is_tied();
-                return false;
+                return Again::IsAnother;
             }
             _ => self.give_back(taken),
         }
         self.doubt_what_is_tied();
-        true
+        Again::Stays
     }
 
     /// Loss of the fit, χ².
