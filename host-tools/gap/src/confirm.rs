@@ -110,8 +110,12 @@ impl ConfirmedShare {
 impl Confirmed {
     /// Whether the locked runs contradict the added effects, or do not surely show them. A known
     /// share decides: the base's error may be larger than the effect, and move single runs either
-    /// way. But predictions that get worse on the whole confirm nothing.
-    pub fn refuted(&self) -> bool {
+    /// way. But predictions that get worse on the whole confirm nothing, unless no locked run can
+    /// have what was added.
+    pub fn refuted(&self, in_single_runs: bool) -> bool {
+        if !in_single_runs && self.gain_w2.mean < 0.0 {
+            return true;
+        }
         if let Some(share) = self.share {
             return share.is_missing() || self.gain_w2.mean <= 0.0;
         }
@@ -277,12 +281,19 @@ mod tests {
         assert!(!confirmed(1.0, 0.3, [0.1; 4]).refuted());
         assert!(confirmed(1.0, 0.35, [0.1; 4]).refuted());
         assert!(confirmed(0.3, 0.05, [0.1; 4]).refuted(), "surely less than half of it");
-        assert!(confirmed(1.0, 0.1, [-0.3, 0.1, 0.05, 0.1]).refuted(), "the locked runs got worse");
+        assert!(confirmed(1.0, 0.1, [-0.3, 0.1, 0.05, 0.1]).refuted(false), "the locked runs got worse");
+    }
+
+    /// The floor lies above the gap before: no share is asked for.
+    #[test]
+    fn what_makes_locked_runs_worse_is_no_name_unless_it_is_of_single_open_runs() {
+        let worse = Confirmed { share: None, closed: None, ..confirmed(1.0, 0.1, [-0.1; 4]) };
+        assert!(worse.refuted(false) && !worse.refuted(true));
     }
 
     /// The base's error makes two of four runs worse, but the effect is there.
     #[test]
     fn what_the_base_gets_wrong_does_not_hide_what_the_effect_adds() {
-        assert!(!confirmed(1.0, 0.1, [-0.1, 0.5, -0.1, 0.5]).refuted());
+        assert!(!confirmed(1.0, 0.1, [-0.1, 0.5, -0.1, 0.5]).refuted(false));
     }
 }

@@ -89,7 +89,7 @@ pub fn investigate(runs: &Runs, clean: Option<&Runs>, base: &Base, options: &Opt
         let residuals = confirmed.residuals.each_ref().map(|signal| late::earlier(&locked, signal, delay));
         confirmed.share = ConfirmedShare::of(&asked, &residuals);
     }
-    if findings.verdict.stands() && confirmed.refuted() {
+    if findings.verdict.stands() && confirmed.refuted(findings.lives_in_single_runs()) {
         findings.verdict = Verdict::Unexplained;
     }
     let residuals = [(predictor.residual(&problem.start()), 0), (predictor.residual(&findings.state), 1)];

@@ -82,7 +82,7 @@ pub fn investigate(runs: &[PowerRun]) -> Result<Report> {
     let has_steps = !steps.is_empty();
     let (kinds, lone) = kinds(steps);
     let confirmed = confirm(runs, &rests, &split, &kinds);
-    let refuted = confirmed.refuted();
+    let refuted = confirmed.refuted(false);
     let verdict = match (kinds.is_empty(), has_steps) {
         (true, false) => Verdict::None,
         (true, true) => Verdict::Unexplained,

@@ -50,8 +50,9 @@ pub fn why_unexplained(report: &Report) -> String {
         .collect();
     let last = report.rounds.last().map_or("", |round| round.outcome.as_str());
     let closest = winners.join(" + ");
+    let in_single_runs = report.state.effects.iter().all(|(regressor, _)| regressor.run().is_some());
     match (report.confirmed.closed, winners.is_empty()) {
-        (Some(_), false) if report.confirmed.refuted() => {
+        (_, false) if report.confirmed.refuted(in_single_runs) => {
             format!("{closest} fits the open runs, but the locked runs do not confirm it")
         }
         (_, true) => last.to_owned(),
