@@ -278,9 +278,9 @@ mod tests {
     /// t(0.975, 3) = 3.182: 1 ± 0.3 leaves out zero, 1 ± 0.35 does not.
     #[test]
     fn a_name_needs_a_locked_gain_whose_interval_leaves_out_zero() {
-        assert!(!confirmed(1.0, 0.3, [0.1; 4]).refuted());
-        assert!(confirmed(1.0, 0.35, [0.1; 4]).refuted());
-        assert!(confirmed(0.3, 0.05, [0.1; 4]).refuted(), "surely less than half of it");
+        assert!(!confirmed(1.0, 0.3, [0.1; 4]).refuted(false));
+        assert!(confirmed(1.0, 0.35, [0.1; 4]).refuted(false));
+        assert!(confirmed(0.3, 0.05, [0.1; 4]).refuted(false), "surely less than half of it");
         assert!(confirmed(1.0, 0.1, [-0.3, 0.1, 0.05, 0.1]).refuted(false), "the locked runs got worse");
     }
 
