@@ -73,7 +73,7 @@ pub(crate) fn simulator(steps: &mut Steps) -> Result<(), Stop> {
 /// What `gmr gap` names between two floors of a measured robot, and within each.
 pub(crate) fn floors(steps: &mut Steps) -> Result<(), Stop> {
     let mut bench = script(steps, &format!("{SCRIPTS}/floors.py"))?;
-    bench.args(["--data", DATA, "--halves", "29"]);
+    bench.args(["--data", DATA]);
     steps.work("floors", || keep(FLOORS, &text_of(bench)?))
 }
 
