@@ -11,16 +11,9 @@ use residuals::predictor::State;
 use residuals::problem::Problem;
 use residuals::problem::fit::Fitted;
 use residuals::thresholds::detect::{NOTHING_LEFT, SHAPE, SHAPE_TOLERANCE};
-use residuals::thresholds::name::LEAST_FURTHER;
+use residuals::thresholds::name::{CHANCE, LEAST_FURTHER, MOST_ASKED};
 use residuals::thresholds::problem::MOST_FIT_STEPS;
 use residuals::types::{Options, Round, Status, Verdict};
-
-/// Another effect takes the place of one by more than this: what a column gains by chance, χ².
-const CHANCE: f64 = 1.0;
-
-/// Exchanges lower the loss, but a fit may end elsewhere than before: each effect is asked for
-/// again so many times at most, and so many more effects are named than there may be.
-const MOST_ASKED: usize = 2;
 
 /// What is known of an effect that was named, χ².
 #[derive(Debug, Clone, Copy)]
@@ -318,8 +311,8 @@ impl Findings {
     pub(crate) fn strike(&mut self, all: &Problem<'_>, threshold: f64) {
         for place in 0..self.ties.len() {
             let winner = self.ties[place][0].candidate.clone();
-            let round = self.named.iter().take_while(|candidate| **candidate != winner).count();
-            let from: usize = self.named[..round].iter().map(|candidate| candidate.regressors.len()).sum();
+            let before = self.named.iter().take_while(|candidate| **candidate != winner).count();
+            let from: usize = self.named[..before].iter().map(|candidate| candidate.regressors.len()).sum();
             let mut others = self.state.clone();
             others.effects.drain(from..from + winner.regressors.len());
             let struck = with_locked::struck(all, &others, &self.ties[place], threshold);
