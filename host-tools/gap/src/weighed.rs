@@ -1,38 +1,41 @@
 //! What rules found, weighed by the likelihood: is a gap without a name more than relabelled runs
-//! show, and how probable is each rival of a tie?
+//! show, and is a name probable beside all other causes and something else?
 //!
-//! A name is confirmed on the locked runs. A gap without one has no such check, so labels give it
-//! one: an exact one, where drives are alike.
+//! Rules name what explains most of the listed effects, and the locked runs confirm that it is
+//! there in part. That it is not another cause, or one that no list has, only its probability says.
 
 use logs::runs::Runs;
 use model::effects::{Candidate, Regressor};
 
 use super::likelihood::posterior::smallest_sure;
-use super::likelihood::products::Posed;
+use super::likelihood::priors::SURE;
 use super::likelihood::question::Question;
-use super::likelihood::round::Asked;
+use super::likelihood::round::{Asked, Known, Weighed};
 use super::likelihood::scored::Scales;
-use super::likelihood::ways::Way;
-use super::likelihood::{Gate, bagged, relinearise};
-use super::report::{Report, Rival};
+use super::likelihood::{Gate, Likelihood};
+use super::report::Report;
 use residuals::types::{Base, Options, Verdict};
 
 impl Report {
-    /// Takes back a gap that relabelled runs show as well, and strikes rivals that are improbable.
+    /// Takes back a gap that relabelled runs show as well, and names that are improbable.
     #[must_use]
     pub fn weighed(self, runs: &Runs, clean: &Runs, base: &Base, options: &Options, level: f64) -> Self {
         let weigh = match self.verdict {
             Verdict::Unexplained => Self::held_to_labels,
-            Verdict::Ambiguous => Self::with_probabilities,
-            Verdict::None | Verdict::Named => return self,
+            Verdict::Named | Verdict::Ambiguous => Self::held_to_probabilities,
+            Verdict::None => return self,
         };
         let question = Question::of(runs, Some(clean), base, options);
         weigh(self, &question.asked(base, options, level))
     }
 
     fn held_to_labels(mut self, asked: &Asked<'_>) -> Self {
-        let gate = |(posed, scales)| Gate::of(&posed, &[], &scales, asked.level);
-        match posed(asked).and_then(gate) {
+        let posed = asked.posed(&[]).ok_or("too few steady rows tell the noise of the power".to_owned());
+        let gate = posed.and_then(|posed| {
+            let scales = Scales::told(&posed).ok_or("sums of products are no numbers")?;
+            Gate::of(&posed, &[], &scales, asked.level)
+        });
+        match gate {
             Ok(gate) => {
                 let verdict = if gate.is_shut() { Verdict::None } else { self.verdict };
                 Self { relabelled: Some(gate), ..self.without_names(verdict) }
@@ -45,56 +48,71 @@ impl Report {
         }
     }
 
-    /// Strikes the rivals that are not in the smallest sure set; the name stays.
-    fn with_probabilities(mut self, asked: &Asked<'_>) -> Self {
-        let ([named], [tie]) = (&self.effects[..], &self.ties[..]) else { return self };
-        let Ok((posed, scales)) = posed(asked) else { return self };
-        let Some(probable) = probabilities(tie, &posed, &scales) else { return self };
-        let sure = smallest_sure(probable.iter().map(|(_, share)| *share), 1.0);
-        let kept = probable[..sure].iter().map(|(id, _)| id).chain([&named.candidate.id]);
-        let kept: Vec<&String> = kept.collect();
-        self.ambiguous_with.retain(|id| kept.contains(&id));
-        self.ties[0].retain(|rival| kept.contains(&&rival.candidate.id));
+    /// Takes the names back where one of them is in no set of causes that is sure, whatever it is
+    /// in a tie with. Of a tie, rivals that are improbable among all of it are struck.
+    fn held_to_probabilities(mut self, asked: &Asked<'_>) -> Self {
+        for place in 0..self.effects.len() {
+            let Some(weighed) = self.known_beside(place).and_then(|others| asked.weighed(&others)) else {
+                continue;
+            };
+            let named = &self.effects[place].candidate.id;
+            let tied: Vec<&String> = [named].into_iter().chain(&self.ambiguous_with).collect();
+            let together: f64 = tied.iter().filter_map(|id| weighed.posterior.of_id(id)).sum();
+            let is_asked = weighed.posterior.of_id(named).is_some();
+            if is_asked && together < 1.0 - SURE {
+                let (likelier, probability) = weighed.posterior.likeliest();
+                let note = format!(
+                    "{} explains most of all listed effects, but is improbable ({:.1} %) beside {likelier} ({:.1} %)",
+                    tied.iter().map(|id| id.as_str()).collect::<Vec<_>>().join(" or "),
+                    100.0 * together,
+                    100.0 * probability
+                );
+                self.notes.push(note);
+                self.likelihood = Some(Likelihood { posterior: weighed.posterior, predictive: None });
+                return self.without_names(Verdict::Unexplained);
+            }
+            if is_asked && self.effects.len() == 1 {
+                return self.with_probabilities(weighed);
+            }
+        }
+        self
+    }
+
+    /// Of one name: strikes the rivals that are not in the smallest sure set; the name stays.
+    fn with_probabilities(mut self, weighed: Weighed<'_>) -> Self {
+        let posterior = &weighed.posterior;
+        let named = self.effects[0].candidate.id.clone();
+        let is_tied = |id: &String| *id == named || self.ambiguous_with.contains(id);
+        let tied: Vec<_> = posterior.effects.iter().filter(|cause| is_tied(&cause.id)).collect();
+        let all = tied.iter().map(|cause| cause.probability).sum();
+        let sure = smallest_sure(tied.iter().map(|cause| cause.probability), all);
+        let mut kept: Vec<String> = tied[..sure].iter().map(|cause| cause.id.clone()).collect();
+        kept.push(named.clone());
+        self.ambiguous_with.retain(|id| kept.contains(id));
+        self.ties.iter_mut().for_each(|tie| tie.retain(|rival| kept.contains(&rival.candidate.id)));
         if self.ambiguous_with.is_empty() {
             self.verdict = Verdict::Named;
             self.ties.clear();
         }
-        self.rivals = probable;
-        self
+        let cause = posterior.effects.iter().find(|cause| cause.id == named);
+        let predictive = cause.and_then(|cause| weighed.predictive(cause));
+        Self { likelihood: Some(Likelihood { posterior: weighed.posterior, predictive }), ..self }
     }
-}
 
-fn posed<'a>(asked: &Asked<'a>) -> Result<(Posed<'a>, Scales), String> {
-    let posed = asked.posed(&[]).ok_or("too few steady rows tell the noise of the power")?;
-    let scales = Scales::told(&posed).ok_or("sums of products are no numbers")?;
-    Ok((posed, scales))
-}
-
-/// Of each cause of a tie, the likeliest first; `None` where one of them lives in single runs,
-/// which have no evidence of all.
-fn probabilities(tie: &[Rival], posed: &Posed<'_>, scales: &Scales) -> Option<Vec<(String, f64)>> {
-    let bent = |rival: &Rival| {
-        let Rival { candidate, state } = rival;
-        let of_it = |(regressor, _): &&(Regressor, f64)| candidate.regressors.contains(regressor);
-        let start: Vec<f64> = state.effects.iter().filter(of_it).map(|(_, size)| *size).collect();
-        let way = Way::about(posed, candidate, &start);
-        (!is_of_single_runs(candidate)).then(|| relinearise::about(posed, scales, &way, &start))?
-    };
-    let bent: Vec<_> = tie.iter().map(bent).collect::<Option<_>>()?;
-    let causes: Vec<(f64, &[f64])> = bent.iter().map(|bent| (bent.evidence, &bent.by_run[..])).collect();
-    let mut probable: Vec<(String, f64)> = Vec::new();
-    for (rival, share) in tie.iter().zip(bagged::shares(&causes)) {
-        match probable.iter_mut().find(|(id, _)| *id == rival.candidate.id) {
-            Some((_, sum)) => *sum += share,
-            None => probable.push((rival.candidate.id.clone(), share)),
-        }
+    /// The names but one, as all field runs have them; `None` where one of these begins at times of
+    /// its own, which are known of the open runs only.
+    fn known_beside(&self, place: usize) -> Option<Vec<Known>> {
+        let everywhere = |regressor: &Regressor| match regressor {
+            Regressor::Mass(run) => Some(Regressor::Mass(*self.split.open.get(*run)?)),
+            Regressor::InRun(run, term) => Some(Regressor::InRun(*self.split.open.get(*run)?, *term)),
+            Regressor::Switch(..) => None,
+            other => Some(other.clone()),
+        };
+        let others = self.effects.iter().enumerate().filter(|(other, _)| *other != place);
+        let known = others.map(|(_, named)| {
+            let regressors = named.candidate.regressors.iter().map(everywhere).collect::<Option<_>>()?;
+            Some((Candidate { regressors, ..named.candidate.clone() }, named.coefficients.clone()))
+        });
+        known.collect()
     }
-    probable.sort_by(|a, b| b.1.total_cmp(&a.1));
-    Some(probable)
-}
-
-fn is_of_single_runs(candidate: &Candidate) -> bool {
-    let of_single =
-        |regressor: &Regressor| regressor.run().is_some() || matches!(regressor, Regressor::Switch(..));
-    candidate.regressors.iter().any(of_single)
 }

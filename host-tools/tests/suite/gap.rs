@@ -15,7 +15,6 @@ const KEYS: [&str; 29] = [
     "verdict",
     "effects",
     "ambiguous_with",
-    "rivals",
     "suggested_profile",
     "manoeuvre",
     "gap_before_w",

@@ -57,6 +57,18 @@ impl Posterior {
         Self { none, something_else, effects }
     }
 
+    /// The probability of an effect; `None` where it was not asked for.
+    pub fn of_id(&self, id: &str) -> Option<f64> {
+        self.effects.iter().find(|cause| cause.id == id).map(|cause| cause.probability)
+    }
+
+    /// The likeliest cause, and its probability.
+    pub fn likeliest(&self) -> (&str, f64) {
+        let effects = self.effects.iter().map(|cause| (cause.id.as_str(), cause.probability));
+        let others = [("nothing new", self.none), ("something else", self.something_else)];
+        effects.chain(others).fold(others[0], |best, cause| if cause.1 > best.1 { cause } else { best })
+    }
+
     /// Whether something is new, and if so the smallest set of causes that is sure, with the
     /// effects that are in it. Where something else may be it, no name.
     pub fn verdict(&self) -> (Verdict, Vec<&Cause>) {

@@ -38,14 +38,20 @@ pub struct Asked<'a> {
 /// An effect that was named, with its coefficients.
 pub type Known = (Candidate, Vec<f64>);
 
-/// What a round says.
-pub struct Round<'a> {
+/// Every cause beside what is known, weighed.
+pub struct Weighed<'a> {
     posed: Posed<'a>,
     scales: Scales,
     scored: Vec<Scored>,
     covariances: Vec<Option<DMatrix<f64>>>,
     /// Probabilities.
     pub posterior: Posterior,
+}
+
+/// What a round says.
+pub struct Round<'a> {
+    /// Every cause.
+    pub weighed: Weighed<'a>,
     /// The verdict of this round alone.
     pub verdict: Verdict,
     /// Causes that are named: several are a tie.
@@ -72,8 +78,8 @@ impl<'a> Asked<'a> {
         self.removed.iter().cloned().chain(known).collect()
     }
 
-    /// Asks beside what is known; `None` where too few rows tell of the noise.
-    pub fn round(&self, known: &[Known]) -> Option<Round<'a>> {
+    /// Weighs every cause beside what is known; `None` where too few rows tell of the noise.
+    pub fn weighed(&self, known: &[Known]) -> Option<Weighed<'a>> {
         let removed = self.removed_beside(known);
         let posed = self.posed(known)?;
         let scales = Scales::told(&posed)?;
@@ -82,6 +88,13 @@ impl<'a> Asked<'a> {
         let covariances = bend(&posed, &scales, &mut scored);
         let other = scored::something_else(&posed, &scales);
         let posterior = Posterior::of(&scored, &other);
+        Some(Weighed { posed, scales, scored, covariances, posterior })
+    }
+
+    /// Asks beside what is known; `None` where too few rows tell of the noise.
+    pub fn round(&self, known: &[Known]) -> Option<Round<'a>> {
+        let weighed = self.weighed(known)?;
+        let Weighed { posed, scales, scored, covariances, posterior } = &weighed;
         let (mut verdict, names) = posterior.verdict();
         let mut names: Vec<Cause> = names.into_iter().cloned().collect();
         if names.first().is_some_and(|cause| covariances[cause.best].is_none()) {
@@ -96,7 +109,7 @@ impl<'a> Asked<'a> {
             .filter(|cause| covariances[cause.best].is_some() && !scored[cause.best].in_single_runs);
         let bent: Vec<_> =
             bent.map(|cause| (&scored[cause.best].way, &scored[cause.best].coefficients[..])).collect();
-        let (gate, note) = match is_asked.then(|| Gate::of(&posed, &bent, &scales, self.level)) {
+        let (gate, note) = match is_asked.then(|| Gate::of(posed, &bent, scales, self.level)) {
             Some(Ok(gate)) => (Some(gate), None),
             Some(Err(why)) => {
                 (None, Some(format!("{why}: whether relabelled runs would show as much was not asked")))
@@ -117,7 +130,7 @@ impl<'a> Asked<'a> {
         if !verdict.stands() {
             names.clear();
         }
-        Some(Round { posed, scales, scored, covariances, posterior, verdict, names, gate, note, outcome })
+        Some(Round { weighed, verdict, names, gate, note, outcome })
     }
 }
 
@@ -129,11 +142,20 @@ pub fn state_of(base: &Base, known: &[Known]) -> State {
     State { torque: base.torque, effects: known.iter().flat_map(of).collect() }
 }
 
+impl Weighed<'_> {
+    /// How much likelier a field run is with a cause told of the others, nats; `None` where it
+    /// lives in single runs, which tell of no other.
+    pub fn predictive(&self, cause: &Cause) -> Option<MeanInterval> {
+        let best = &self.scored[cause.best];
+        (!best.in_single_runs && !best.by_run.is_empty()).then(|| mean_interval(&best.by_run))
+    }
+}
+
 impl Round<'_> {
     /// Each cause that is named, the likeliest first.
     pub fn named(&self) -> Vec<Known> {
         let of = |cause: &Cause| {
-            let scored = &self.scored[cause.best];
+            let scored = &self.weighed.scored[cause.best];
             (scored.way.candidate.clone(), scored.coefficients.clone())
         };
         self.names.iter().map(of).collect()
@@ -142,14 +164,13 @@ impl Round<'_> {
     /// How much likelier a field run is with the first name told of the others, nats; `None` where
     /// it lives in single runs, which tell of no other.
     pub fn predictive(&self) -> Option<MeanInterval> {
-        let best = &self.scored[self.names.first()?.best];
-        (!best.in_single_runs && !best.by_run.is_empty()).then(|| mean_interval(&best.by_run))
+        self.weighed.predictive(self.names.first()?)
     }
 
     /// Several effects at once, each as it is beside the others, and their covariance.
     pub fn together(&self, known: &[Known]) -> Option<(Vec<Known>, DMatrix<f64>)> {
         if let [only] = known {
-            let covariance = self.covariances[self.names.first()?.best].clone()?;
+            let covariance = self.weighed.covariances[self.names.first()?.best].clone()?;
             return Some((vec![only.clone()], covariance));
         }
         let (first, _) = known.first()?;
@@ -158,8 +179,8 @@ impl Round<'_> {
         let candidate =
             Candidate { regressors: effects.collect(), range: any, least: Vec::new(), ..first.clone() };
         let start: Vec<f64> = known.iter().flat_map(|(_, coefficients)| coefficients).copied().collect();
-        let way = Way::about(&self.posed, &candidate, &start);
-        let bent = relinearise::about(&self.posed, &self.scales, &way, &start)?;
+        let way = Way::about(&self.weighed.posed, &candidate, &start);
+        let bent = relinearise::about(&self.weighed.posed, &self.weighed.scales, &way, &start)?;
         let mut remaining = bent.coefficients.into_iter();
         let with = |(candidate, coefficients): &Known| {
             (candidate.clone(), remaining.by_ref().take(coefficients.len()).collect())
@@ -171,7 +192,7 @@ impl Round<'_> {
     pub fn record(&self) -> types::Round {
         let status = |place: usize, scored: &Scored| {
             let rank = self.names.iter().position(|cause| cause.id == scored.way.candidate.id);
-            let is_best = self.posterior.effects.iter().any(|cause| cause.best == place);
+            let is_best = self.weighed.posterior.effects.iter().any(|cause| cause.best == place);
             match rank {
                 Some(0) if is_best => Status::Winner,
                 Some(rank) if rank > 0 && is_best => Status::Tie,
@@ -186,7 +207,7 @@ impl Round<'_> {
             coefficients: scored.coefficients.clone(),
             status: status(place, scored),
         };
-        let mut candidates: Vec<types::Scored> = self.scored.iter().enumerate().map(of).collect();
+        let mut candidates: Vec<types::Scored> = self.weighed.scored.iter().enumerate().map(of).collect();
         candidates.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         let structure = candidates.first().map_or(0.0, |best| best.gain.max(0.0).sqrt());
         types::Round { structure, allowed: 0.0, candidates, outcome: self.outcome.to_owned() }

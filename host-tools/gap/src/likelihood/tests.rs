@@ -282,8 +282,32 @@ fn an_improbable_rival_is_struck() {
     let report = Report { effects, ambiguous_with, ties: vec![tie], ..given };
     let report = report.weighed(&field, &clean, &base, &options, LEVEL);
     assert_eq!((report.verdict, &report.ambiguous_with[..]), (Verdict::Named, &[][..]));
-    assert_eq!(report.rivals[0].0.as_str(), "wheel-drag");
-    assert!(report.rivals[0].1 > 0.99, "{:?}", report.rivals);
+    let posterior = report.likelihood.unwrap().posterior;
+    assert!(posterior.of_id("wheel-drag").unwrap() > 0.99, "{posterior:?}");
+}
+
+/// A slope is named where the left wheel drags: it is taken back.
+#[test]
+fn an_improbable_name_is_taken_back() {
+    let mut normal = Normal(23);
+    let clean = runs(6, &[], &mut normal);
+    let field = runs(6, &[(Regressor::Term(Term::Drag(0)), 0.03)], &mut normal);
+    let base = base(TorqueModel::from_array(TORQUE));
+    let options = Options::default();
+    let question = Question::of(&field, Some(&clean), &base, &options);
+    let named = |regressor: Regressor, size| {
+        let with = |candidate: &&Candidate| candidate.regressors == [regressor.clone()];
+        let candidate = question.testable.list.iter().find(with).unwrap().clone();
+        let given = example::report(Verdict::Named);
+        let named = Named { candidate, coefficients: vec![size], ..given.effects[0].clone() };
+        let report = Report { effects: vec![named], ..given };
+        report.weighed(&field, &clean, &base, &options, LEVEL)
+    };
+    let slope = named(Regressor::Term(Term::GradeAhead), 0.01);
+    assert_eq!((slope.verdict, slope.effects.len()), (Verdict::Unexplained, 0), "{:?}", slope.likelihood);
+    assert!(slope.notes[0].starts_with("grade explains most"), "{:?}", slope.notes);
+    let drag = named(Regressor::Term(Term::Drag(0)), 0.03);
+    assert_eq!((drag.verdict, drag.effects.len()), (Verdict::Named, 1), "{:?}", drag.likelihood);
 }
 
 /// From coefficients that are a fifth off, the base goes back to the one that made the clean runs.
