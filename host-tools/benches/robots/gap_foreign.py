@@ -79,3 +79,5 @@ def slipping_belt(s, size, common, own):
 FOREIGN = {f.__name__.replace("_", "-"): f for f in (
     worn_tyres, one_way_drag, eccentric_wheel, supply_dips, soft_ground, cogging, resonance, bursts, swinging_load, slipping_belt)}
 ONLY_LOGGED = {"supply-dips", "bursts"}
+# Listed effects that a cause is made of: a worn tyre slides more easily and rolls more easily, and nothing else here.
+KIN = {"worn-tyres": {"turning-scrub", "rolling-resistance-change"}}

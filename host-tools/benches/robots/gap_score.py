@@ -11,7 +11,7 @@ from collections import Counter
 
 sys.path.insert(0, sys.argv[1])
 
-from gap_foreign import FOREIGN
+from gap_foreign import FOREIGN, KIN
 from verdicts import judge
 
 ORDER = ("right", "twins", "tie", "extra", "WRONG", "false-tie", "unexplained", "none")
@@ -27,8 +27,9 @@ def main():
         foreign = [l for l in known if l["effect"][0] in FOREIGN]
         if foreign:
             verdicts = Counter(l["verdict"] for l in foreign)
-            print(f"{robot}, {engine}: {len(foreign)} sets with a cause off the list: named {verdicts['named']}, in a tie {verdicts['ambiguous']}, "
-                  f"unexplained {verdicts['unexplained']}, none {verdicts['none']}")
+            kin = sum(l["verdict"] == "named" and set(l["named"]) <= KIN.get(l["effect"][0], set()) for l in foreign)
+            print(f"{robot}, {engine}: {len(foreign)} sets with a cause off the list: named {verdicts['named']} ({kin} of them a part of the "
+                  f"cause), in a tie {verdicts['ambiguous']}, unexplained {verdicts['unexplained']}, none {verdicts['none']}")
             for l in foreign:
                 print(f"  {l['effect'][0]:<18} seed {l['seed']}: {l['verdict']:<12} {', '.join(l['named'])}"
                       + (f"; or {', '.join(l['ties'])}" if l["ties"] else ""))

@@ -60,14 +60,6 @@ impl Report {
             let together: f64 = tied.iter().filter_map(|id| weighed.posterior.of_id(id)).sum();
             let is_asked = weighed.posterior.of_id(named).is_some();
             if is_asked && together < 1.0 - SURE {
-                let (likelier, probability) = weighed.posterior.likeliest();
-                let note = format!(
-                    "{} explains most of all listed effects, but is improbable ({:.1} %) beside {likelier} ({:.1} %)",
-                    tied.iter().map(|id| id.as_str()).collect::<Vec<_>>().join(" or "),
-                    100.0 * together,
-                    100.0 * probability
-                );
-                self.notes.push(note);
                 self.likelihood = Some(Likelihood { posterior: weighed.posterior, predictive: None });
                 return self.without_names(Verdict::Unexplained);
             }

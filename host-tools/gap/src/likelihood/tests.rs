@@ -305,7 +305,8 @@ fn an_improbable_name_is_taken_back() {
     };
     let slope = named(Regressor::Term(Term::GradeAhead), 0.01);
     assert_eq!((slope.verdict, slope.effects.len()), (Verdict::Unexplained, 0), "{:?}", slope.likelihood);
-    assert!(slope.notes[0].starts_with("grade explains most"), "{:?}", slope.notes);
+    let headline = crate::report::summary::headline(&slope);
+    assert!(headline.contains("would be named, but wheel-drag is likelier"), "{headline}");
     let drag = named(Regressor::Term(Term::Drag(0)), 0.03);
     assert_eq!((drag.verdict, drag.effects.len()), (Verdict::Named, 1), "{:?}", drag.likelihood);
 }

@@ -56,6 +56,11 @@ pub fn why_unexplained(report: &Report) -> String {
             format!("{closest} fits the open runs, but the locked runs do not confirm it")
         }
         (_, true) => last.to_owned(),
+        (_, false) if let Some(likelihood) = &report.likelihood => {
+            let (likelier, probability) = likelihood.posterior.likeliest();
+            let probability = words::percent(probability);
+            format!("{closest} would be named, but {likelier} is likelier ({probability})")
+        }
         (Some(closed), false) => format!(
             "{closest} comes closest and would close {}, but leaves structure that nothing explains",
             words::percent(closed)
