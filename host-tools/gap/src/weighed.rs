@@ -4,6 +4,8 @@
 //! Rules name what explains most of the listed effects, and the locked runs confirm that it is
 //! there in part. That it is not another cause, or one that no list has, only its probability says.
 
+use std::collections::BTreeSet;
+
 use logs::runs::Runs;
 use model::effects::{Candidate, Regressor};
 
@@ -12,8 +14,8 @@ use super::likelihood::priors::SURE;
 use super::likelihood::question::Question;
 use super::likelihood::round::{Asked, Known, Weighed};
 use super::likelihood::scored::Scales;
-use super::likelihood::{Gate, Likelihood};
-use super::report::Report;
+use super::likelihood::{Cause, Gate, Likelihood};
+use super::report::{Report, Rival};
 use residuals::types::{Base, Options, Verdict};
 
 impl Report {
@@ -70,23 +72,28 @@ impl Report {
         self
     }
 
-    /// Of one name: strikes the rivals that are not in the smallest sure set; the name stays.
+    /// Of one name: strikes the rivals that are not in the smallest sure set, and adds effects that
+    /// are likelier than the name; the name stays.
     fn with_probabilities(mut self, weighed: Weighed<'_>) -> Self {
-        let posterior = &weighed.posterior;
+        let causes = &weighed.posterior.effects;
         let named = self.effects[0].candidate.id.clone();
-        let is_tied = |id: &String| *id == named || self.ambiguous_with.contains(id);
-        let tied: Vec<_> = posterior.effects.iter().filter(|cause| is_tied(&cause.id)).collect();
+        let is_tied = |cause: &&Cause| cause.id == named || self.ambiguous_with.contains(&cause.id);
+        let tied: Vec<&Cause> = causes.iter().filter(is_tied).collect();
         let all = tied.iter().map(|cause| cause.probability).sum();
         let sure = smallest_sure(tied.iter().map(|cause| cause.probability), all);
-        let mut kept: Vec<String> = tied[..sure].iter().map(|cause| cause.id.clone()).collect();
-        kept.push(named.clone());
-        self.ambiguous_with.retain(|id| kept.contains(id));
-        self.ties.iter_mut().for_each(|tie| tie.retain(|rival| kept.contains(&rival.candidate.id)));
-        if self.ambiguous_with.is_empty() {
+        let likelier = causes.iter().take_while(|cause| cause.id != named);
+        let others = likelier.chain(tied[..sure].iter().copied()).map(|cause| cause.id.clone());
+        let others: BTreeSet<String> = others.filter(|id| *id != named).collect();
+        let is_kept = |rival: &Rival| rival.candidate.id == named || others.contains(&rival.candidate.id);
+        self.ties.iter_mut().for_each(|tie| tie.retain(is_kept));
+        if others.is_empty() {
             self.verdict = Verdict::Named;
             self.ties.clear();
+        } else {
+            self.verdict = Verdict::Ambiguous;
         }
-        let cause = posterior.effects.iter().find(|cause| cause.id == named);
+        self.ambiguous_with = others.into_iter().collect();
+        let cause = causes.iter().find(|cause| cause.id == named);
         let predictive = cause.and_then(|cause| weighed.predictive(cause));
         Self { likelihood: Some(Likelihood { posterior: weighed.posterior, predictive }), ..self }
     }

@@ -57,9 +57,7 @@ pub fn why_unexplained(report: &Report) -> String {
         }
         (_, true) => last.to_owned(),
         (_, false) if let Some(likelihood) = &report.likelihood => {
-            let (likelier, probability) = likelihood.posterior.likeliest();
-            let probability = words::percent(probability);
-            format!("{closest} would be named, but {likelier} is likelier ({probability})")
+            format!("{closest} would be named, but {} is likelier", likelihood.posterior.likeliest().0)
         }
         (Some(closed), false) => format!(
             "{closest} comes closest and would close {}, but leaves structure that nothing explains",
