@@ -10,7 +10,7 @@ use plant::gear::Gear;
 use plant::{Columns, Effect, Kinematics, PayloadSchedule, PlantSet, ProfileKind, Scenario};
 use serde_json::Value;
 
-const KEYS: [&str; 29] = [
+const KEYS: [&str; 28] = [
     "version",
     "verdict",
     "effects",
