@@ -21,7 +21,7 @@ Keys of --json, always all there; watts and SI units; null where something is no
                      out: value, unit, std_err), detail, meaning, sign. Of an effect with several
                      columns coefficient is the greatest in size (of a slope in a direction of the world its size), and
                      detail has all as coefficients and std_errs, in the order of detail.runs where they belong to runs
-  ambiguous_with     ids of effects that explain as much
+  ambiguous_with     ids of effects that explain as much, or are likelier
   suggested_profile  file with a drive that parts them, or null
   manoeuvre          what to drive where there is a tie, and what is expected of it; null without one
   gap_before_w       RMS of measured less predicted power over the locked runs, behind the filter
@@ -47,7 +47,7 @@ Keys of --json, always all there; watts and SI units; null where something is no
   posterior          none, something_else, effects (by id), each with its probability; predictive:
                      nats_a_run by which a field run is likelier when the name is told of the
                      others, its 95 % half_width, and runs; null without a name or where it lives
-                     in single runs. With the rules null unless one name was weighed
+                     in single runs. Null where no name was weighed, or several stand
   relabelled         share: how often as much is seen when other runs are called the field, and the
                      level that is allowed; null where it was not asked
   notes              what is less sure than it might be, and why
