@@ -1,6 +1,6 @@
 """The gap workflow on two floors of a measured Husky: what it names between them, and within each.
 
-    python floors.py --gmr PATH --data ../shared/data [--halves 20] [--json] [--jobs 2]
+    python floors.py --gmr PATH --data ../shared/data [--halves 29] [--json] [--jobs 2]
 
 Between floors the floor's own effects are the truth: rolling resistance, or how a skid-steered robot's wheels scrub on it. Within a floor,
 odd against even runs and random halves, nothing has changed: a name is false. Power is computed from measured currents.
@@ -59,7 +59,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--gmr", required=True)
     parser.add_argument("--data", type=Path, required=True)
-    parser.add_argument("--halves", type=int, default=20)
+    parser.add_argument("--halves", type=int, default=29)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--json", action="store_true")
     a = parser.parse_args()
