@@ -132,6 +132,7 @@ pub fn investigate(runs: &Runs, clean: Option<&Runs>, base: &Base, options: &Opt
         clean_structure,
         refit: Vec::new(),
         ties: findings.ties.into_iter().map(|tie| tie.into_iter().map(rival).collect()).collect(),
+        rivals: Vec::new(),
         likelihood: None,
         relabelled: None,
         notes: Vec::new(),

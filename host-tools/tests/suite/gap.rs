@@ -10,11 +10,12 @@ use plant::gear::Gear;
 use plant::{Columns, Effect, Kinematics, PayloadSchedule, PlantSet, ProfileKind, Scenario};
 use serde_json::Value;
 
-const KEYS: [&str; 28] = [
+const KEYS: [&str; 29] = [
     "version",
     "verdict",
     "effects",
     "ambiguous_with",
+    "rivals",
     "suggested_profile",
     "manoeuvre",
     "gap_before_w",

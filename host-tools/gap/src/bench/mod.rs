@@ -121,7 +121,7 @@ pub struct Outcome {
     pub seconds: f64,
     /// How the last round ended.
     pub note: String,
-    /// How probable the first name is, where it was weighed.
+    /// Of the likelihood: how probable the likeliest effect is.
     pub probability: Option<f64>,
 }
 
@@ -174,9 +174,9 @@ pub fn one(robot: &Robot, case: &Case, engine: Engine) -> Result<Outcome> {
         closed: report.confirmed.closed,
         seconds,
         probability: report
-            .effects
-            .first()
-            .and_then(|named| report.likelihood.as_ref()?.posterior.of_id(&named.candidate.id)),
+            .likelihood
+            .as_ref()
+            .and_then(|likelihood| Some(likelihood.posterior.effects.first()?.probability)),
         note: report.rounds.last().map_or(String::new(), |round| round.outcome.clone()),
     })
 }

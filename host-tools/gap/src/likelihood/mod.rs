@@ -164,6 +164,7 @@ pub fn investigate(
             std_w: problem.noise.usual_w(),
             precision: precision(base, parameters, options.slack),
         }),
+        rivals: Vec::new(),
         likelihood: Some(Likelihood { posterior: first.weighed.posterior, predictive }),
         relabelled: first.gate,
         notes,

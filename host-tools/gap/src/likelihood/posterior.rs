@@ -15,6 +15,8 @@ pub struct Cause {
     pub evidence: f64,
     /// Probability.
     pub probability: f64,
+    /// Probability among the effects alone, if one of them it is.
+    pub among_effects: f64,
     /// The way in which it shows best, by its place.
     pub best: usize,
 }
@@ -48,25 +50,15 @@ impl Posterior {
         let total = log_sum(values.iter().copied().chain([NONE.ln()]));
         let none = (NONE.ln() - total).exp();
         let causes: Vec<(f64, &[f64])> = values.into_iter().zip(by_run.iter().map(Vec::as_slice)).collect();
+        let among = bagged::shares(&causes[..effects.len()]);
         let mut shares = bagged::shares(&causes);
         let something_else = (1.0 - none) * shares.pop().unwrap_or(0.0);
-        for (cause, share) in effects.iter_mut().zip(shares) {
+        for (cause, (share, among)) in effects.iter_mut().zip(shares.into_iter().zip(among)) {
             cause.probability = (1.0 - none) * share;
+            cause.among_effects = among;
         }
         effects.sort_by(|a, b| b.probability.total_cmp(&a.probability));
         Self { none, something_else, effects }
-    }
-
-    /// The probability of an effect; `None` where it was not asked for.
-    pub fn of_id(&self, id: &str) -> Option<f64> {
-        self.effects.iter().find(|cause| cause.id == id).map(|cause| cause.probability)
-    }
-
-    /// The likeliest cause, and its probability.
-    pub fn likeliest(&self) -> (&str, f64) {
-        let effects = self.effects.iter().map(|cause| (cause.id.as_str(), cause.probability));
-        let others = [("nothing new", self.none), ("something else", self.something_else)];
-        effects.chain(others).fold(others[0], |best, cause| if cause.1 > best.1 { cause } else { best })
     }
 
     /// Whether something is new, and if so the smallest set of causes that is sure, with the
@@ -122,7 +114,13 @@ impl Cause {
             families.push(log_mean(same.iter().map(|&k| scored[k].evidence)));
             rest = other;
         }
-        Some(Self { id: id.to_owned(), evidence: log_mean(families), probability: 0.0, best })
+        Some(Self {
+            id: id.to_owned(),
+            evidence: log_mean(families),
+            probability: 0.0,
+            among_effects: 0.0,
+            best,
+        })
     }
 }
 
@@ -135,6 +133,7 @@ mod tests {
             id: (*id).to_owned(),
             evidence: 0.0,
             probability: *probability,
+            among_effects: *probability,
             best: 0,
         };
         Posterior { none, something_else, effects: effects.iter().map(cause).collect() }

@@ -142,15 +142,6 @@ pub fn state_of(base: &Base, known: &[Known]) -> State {
     State { torque: base.torque, effects: known.iter().flat_map(of).collect() }
 }
 
-impl Weighed<'_> {
-    /// How much likelier a field run is with a cause told of the others, nats; `None` where it
-    /// lives in single runs, which tell of no other.
-    pub fn predictive(&self, cause: &Cause) -> Option<MeanInterval> {
-        let best = &self.scored[cause.best];
-        (!best.in_single_runs && !best.by_run.is_empty()).then(|| mean_interval(&best.by_run))
-    }
-}
-
 impl Round<'_> {
     /// Each cause that is named, the likeliest first.
     pub fn named(&self) -> Vec<Known> {
@@ -164,7 +155,8 @@ impl Round<'_> {
     /// How much likelier a field run is with the first name told of the others, nats; `None` where
     /// it lives in single runs, which tell of no other.
     pub fn predictive(&self) -> Option<MeanInterval> {
-        self.weighed.predictive(self.names.first()?)
+        let best = &self.weighed.scored[self.names.first()?.best];
+        (!best.in_single_runs && !best.by_run.is_empty()).then(|| mean_interval(&best.by_run))
     }
 
     /// Several effects at once, each as it is beside the others, and their covariance.

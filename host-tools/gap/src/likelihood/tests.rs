@@ -282,8 +282,8 @@ fn an_improbable_rival_is_struck() {
     let report = Report { effects, ambiguous_with, ties: vec![tie], ..given };
     let report = report.weighed(&field, &clean, &base, &options, LEVEL);
     assert_eq!((report.verdict, &report.ambiguous_with[..]), (Verdict::Named, &[][..]));
-    let posterior = report.likelihood.unwrap().posterior;
-    assert!(posterior.of_id("wheel-drag").unwrap() > 0.99, "{posterior:?}");
+    assert_eq!(report.rivals[0].0.as_str(), "wheel-drag");
+    assert!(report.rivals[0].1 > 0.99, "{:?}", report.rivals);
 }
 
 /// A slope is named where the left wheel drags: it is taken back.
@@ -304,11 +304,11 @@ fn an_improbable_name_is_taken_back() {
         report.weighed(&field, &clean, &base, &options, LEVEL)
     };
     let slope = named(Regressor::Term(Term::GradeAhead), 0.01);
-    assert_eq!((slope.verdict, slope.effects.len()), (Verdict::Unexplained, 0), "{:?}", slope.likelihood);
+    assert_eq!((slope.verdict, slope.effects.len()), (Verdict::Unexplained, 0), "{:?}", slope.rivals);
     let headline = crate::report::summary::headline(&slope);
     assert!(headline.contains("would be named, but wheel-drag is likelier"), "{headline}");
     let drag = named(Regressor::Term(Term::Drag(0)), 0.03);
-    assert_eq!((drag.verdict, drag.effects.len()), (Verdict::Named, 1), "{:?}", drag.likelihood);
+    assert_eq!((drag.verdict, drag.effects.len()), (Verdict::Named, 1), "{:?}", drag.rivals);
 }
 
 /// From coefficients that are a fifth off, the base goes back to the one that made the clean runs.

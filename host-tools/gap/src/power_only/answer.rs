@@ -132,6 +132,7 @@ pub fn investigate(runs: &[PowerRun]) -> Result<Report> {
         residuals: (Vec::new(), None),
         base: [unknown, unknown],
         ties: Vec::new(),
+        rivals: Vec::new(),
         likelihood: None,
         relabelled: None,
         notes: Vec::new(),

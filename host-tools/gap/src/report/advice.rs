@@ -56,8 +56,8 @@ pub fn why_unexplained(report: &Report) -> String {
             format!("{closest} fits the open runs, but the locked runs do not confirm it")
         }
         (_, true) => last.to_owned(),
-        (_, false) if let Some(likelihood) = &report.likelihood => {
-            format!("{closest} would be named, but {} is likelier", likelihood.posterior.likeliest().0)
+        (_, false) if let Some((likelier, _)) = report.rivals.first() => {
+            format!("{closest} would be named, but {likelier} is likelier")
         }
         (Some(closed), false) => format!(
             "{closest} comes closest and would close {}, but leaves structure that nothing explains",

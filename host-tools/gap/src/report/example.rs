@@ -69,6 +69,7 @@ pub(crate) fn report(verdict: Verdict) -> Report {
         clean_structure: None,
         refit: Vec::new(),
         ties: Vec::new(),
+        rivals: Vec::new(),
         likelihood: None,
         relabelled: None,
         notes: Vec::new(),

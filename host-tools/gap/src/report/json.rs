@@ -22,6 +22,8 @@ Keys of --json, always all there; watts and SI units; null where something is no
                      columns coefficient is the greatest in size (of a slope in a direction of the world its size), and
                      detail has all as coefficients and std_errs, in the order of detail.runs where they belong to runs
   ambiguous_with     ids of effects that explain as much, or are likelier
+  rivals             probability of each effect among those of the list, by its id, from 1 % on. A
+                     name below 5 % is taken back. Null where it is not known
   suggested_profile  file with a drive that parts them, or null
   manoeuvre          what to drive where there is a tie, and what is expected of it; null without one
   gap_before_w       RMS of measured less predicted power over the locked runs, behind the filter
@@ -44,10 +46,10 @@ Keys of --json, always all there; watts and SI units; null where something is no
   clean_structure    the most structure, |z|, that clean runs show of each other: it raises what rounds allow where it is
                      beyond noise; null where clean runs are fewer than six
   refit              terms that the clean runs ask for and the coefficients lack: term, gain, std_err; nothing is named before a refit
-  posterior          none, something_else, effects (by id), each with its probability; predictive:
-                     nats_a_run by which a field run is likelier when the name is told of the
-                     others, its 95 % half_width, and runs; null without a name or where it lives
-                     in single runs. Null where no name was weighed, or several stand
+  posterior          of --engine likelihood: none, something_else, effects (by id), each with its
+                     probability; predictive: nats_a_run by which a field run is likelier when the
+                     first name is told of the others, its 95 % half_width, and runs; null without
+                     a name or where it lives in single runs. Null with the rules
   relabelled         share: how often as much is seen when other runs are called the field, and the
                      level that is allowed; null where it was not asked
   notes              what is less sure than it might be, and why
@@ -79,6 +81,9 @@ pub fn json(report: &Report, beside: Beside<'_>) -> Value {
     out.insert("verdict".to_owned(), json!(report.verdict));
     out.insert("effects".to_owned(), report.effects.iter().map(effect).collect());
     out.insert("ambiguous_with".to_owned(), json!(report.ambiguous_with));
+    let rivals: Map<String, Value> =
+        report.rivals.iter().map(|(id, probability)| (id.clone(), json!(probability))).collect();
+    out.insert("rivals".to_owned(), json!((!rivals.is_empty()).then_some(rivals)));
     out.insert("suggested_profile".to_owned(), json!(beside.profile));
     out.insert("manoeuvre".to_owned(), beside.suggestion.map_or(Value::Null, Suggestion::json));
     out.insert("gap_before_w".to_owned(), json!(confirmed.before_w));

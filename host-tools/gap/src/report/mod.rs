@@ -65,9 +65,11 @@ pub struct Report {
     /// Rivals of each round that ended in a tie, the winner first, in all ways in which each may
     /// show.
     pub ties: Vec<Vec<Rival>>,
+    /// Probability of each effect among those of the list, the likeliest first, where it is known.
+    pub rivals: Vec<(String, f64)>,
     /// What predictions rest on.
     pub basis: Option<Basis>,
-    /// Probabilities of causes, where they were asked for.
+    /// Probabilities of causes, with the likelihood engine.
     pub likelihood: Option<likelihood::Likelihood>,
     /// How often relabelled runs show as much, where they were asked.
     pub relabelled: Option<likelihood::Gate>,
@@ -124,6 +126,7 @@ impl Report {
             effects: Vec::new(),
             ambiguous_with: Vec::new(),
             ties: Vec::new(),
+            rivals: Vec::new(),
             residuals: (self.residuals.0, None),
             localisation,
             covariance: None,
@@ -148,10 +151,12 @@ impl Report {
         self.clean_structure.is_some_and(|shown| MARGIN * shown > STRUCTURE)
     }
 
-    /// How probable causes are, where it is known, the likeliest first: every effect of at least 1 %
-    /// beside nothing and something else.
+    /// How probable causes are, where it is known, the likeliest first: every one of at least 1 %
+    /// beside nothing and something else, or among the effects alone.
     pub fn probabilities(&self) -> Vec<(&str, f64)> {
-        let Some(likelihood) = &self.likelihood else { return Vec::new() };
+        let Some(likelihood) = &self.likelihood else {
+            return self.rivals.iter().map(|(id, probability)| (id.as_str(), *probability)).collect();
+        };
         let posterior = &likelihood.posterior;
         let likely = posterior.effects.iter().filter(|cause| cause.probability >= 0.01);
         let mut all: Vec<(&str, f64)> = likely.map(|cause| (cause.id.as_str(), cause.probability)).collect();

@@ -78,7 +78,8 @@ pub fn text(report: &Report) -> String {
 fn probabilities(report: &Report) -> Option<String> {
     let all = report.probabilities();
     let each = all.iter().map(|(name, probability)| format!("{name} {:.1} %", 100.0 * probability));
-    (!all.is_empty()).then(|| format!("Probability: {}.", each.collect::<Vec<_>>().join(", ")))
+    let among = if report.likelihood.is_some() { "" } else { " among the listed effects" };
+    (!all.is_empty()).then(|| format!("Probability{among}: {}.", each.collect::<Vec<_>>().join(", ")))
 }
 
 /// How often other labels of the runs show as much.
