@@ -77,7 +77,10 @@ impl Report {
         let sure = smallest_sure(tied.iter().map(|cause| cause.among_effects), all);
         let likelier = causes.iter().take_while(|cause| cause.id != named);
         let others = likelier.chain(tied[..sure].iter().copied()).map(|cause| cause.id.clone());
-        let others: BTreeSet<String> = others.filter(|id| *id != named).collect();
+        // What one mass cannot tell apart is in doubt without a tie, and stays so.
+        let is_in_a_tie = |id: &String| self.ties.iter().flatten().any(|rival| rival.candidate.id == *id);
+        let doubted = self.ambiguous_with.iter().filter(|id| !is_in_a_tie(id)).cloned();
+        let others: BTreeSet<String> = others.chain(doubted).filter(|id| *id != named).collect();
         let is_kept = |rival: &Rival| rival.candidate.id == named || others.contains(&rival.candidate.id);
         self.ties.iter_mut().for_each(|tie| tie.retain(is_kept));
         self.verdict = if others.is_empty() { Verdict::Named } else { Verdict::Ambiguous };
