@@ -22,7 +22,7 @@ const SHORTEST_BLOCK_S: f64 = 2.0;
 
 /// Blocks in which the scatter of mass scores is measured, s: two buckets of a payload estimator,
 /// to see the correlation of neighbours.
-const BLOCK_S: f64 = 2.0;
+pub const BLOCK_S: f64 = 2.0;
 
 /// A covariance, with the directions in which the data say nothing.
 #[derive(Debug, Clone)]
@@ -108,7 +108,7 @@ fn block_length(dataset: &Dataset) -> f64 {
 }
 
 /// Windows over which an error that lasts is judged, s.
-const WINDOW_S: f64 = 10.0;
+pub const WINDOW_S: f64 = 10.0;
 
 /// The constant error in W that would disturb mass estimates over ten seconds as the coefficients'
 /// uncertainty does.
@@ -248,14 +248,21 @@ fn scatter(dataset: &Dataset, model: &Model<f64>, linear_beyond: f64) -> Noise<f
             *information += weighted * slope;
         }
     }
+    if let Some((usual, tail)) = scatter_of(&blocks) {
+        noise.density = dataset.store_period_s() * usual * usual;
+        noise.tail = tail.max(1.0);
+    }
+    noise
+}
+
+/// Of the score and the information of each block: the usual |score| per root of information, and by
+/// how much the rare one exceeds a normal variable's. `None` of none.
+pub fn scatter_of(blocks: &[(f64, f64)]) -> Option<(f64, f64)> {
     let most = blocks.iter().map(|(_, information)| *information).fold(0.0, f64::max);
     let told = blocks.iter().filter(|(_, information)| *information > LEAST_SHARE * most);
     let mut sizes: Vec<f64> = told.map(|(score, information)| score.abs() / information.sqrt()).collect();
-    let Some(usual) = scale_of_sizes(&mut sizes) else { return noise };
-    noise.density = dataset.store_period_s() * usual * usual;
-    let rare = quantile(&mut sizes, 0.95).unwrap_or(0.0);
-    noise.tail = (rare / (NORMAL_95 * usual)).max(1.0);
-    noise
+    let usual = scale_of_sizes(&mut sizes)?;
+    Some((usual, quantile(&mut sizes, 0.95)? / (NORMAL_95 * usual)))
 }
 
 /// Blocks with less than this share of the most informative one's information are left out.

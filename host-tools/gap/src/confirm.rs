@@ -6,7 +6,7 @@ use logs::runs::Runs;
 use model::effects::Regressor;
 use model_core::torque::TorqueModel;
 use numerics::intervals::{MeanInterval, mean_interval, student_95};
-use numerics::robust::NORMAL_95;
+use numerics::robust::{NORMAL_95, ONE_SIDED_95};
 
 use residuals::noise::whiten::Signal;
 use residuals::noise::{Memory, Noise};
@@ -14,7 +14,7 @@ use residuals::predictor::{Predictor, State};
 use residuals::problem::Problem;
 use residuals::smooth;
 use residuals::split::Split;
-use residuals::thresholds::confirm::{LEAST_SHARE, ONE_SIDED, TIMES};
+use residuals::thresholds::confirm::{LEAST_CLOSED, TIMES};
 use residuals::types::Base;
 
 /// What the locked runs say.
@@ -82,7 +82,7 @@ impl ConfirmedShare {
 
     /// Less than half of it is there, or it might be none.
     fn is_missing(&self) -> bool {
-        let too_small = self.share < LEAST_SHARE && self.share + ONE_SIDED * self.std_err < 1.0;
+        let too_small = self.share < LEAST_CLOSED && self.share + ONE_SIDED_95 * self.std_err < 1.0;
         too_small || self.interval().0 <= 0.0
     }
 

@@ -3,19 +3,19 @@
 
 use std::path::Path;
 
+use fit::assess::{BLOCK_S, WINDOW_S, scatter_of};
 use logs::runs::Runs;
 use model::coefficients::{CoefficientsFile, InvalidCoefficients};
 use model::effects::Regressor;
 use model::effects::written::Written;
 use model_core::payload::{Noise, huber};
 use nalgebra::{DMatrix, DVector};
-use numerics::robust::{NORMAL_95, median, quantile, scale_of_sizes};
+use numerics::robust::median;
 use support::context::Context;
 use support::error::{Error, Result};
 
 use super::report::Report;
 use residuals::predictor::{Predictor, State};
-use residuals::thresholds::extension::{BLOCK_S, LEAST_INFORMATION, WINDOW_S};
 use residuals::types::Named;
 
 /// Writes the coefficients with the named effects, and the base as it moved. Each effect that is
@@ -155,12 +155,9 @@ impl Windows<'_> {
         if let Some(error) = median(&mut self.errors) {
             noise.model_std = noise.model_std.max(error);
         }
-        let most = self.blocks.iter().map(|(_, information)| *information).fold(0.0, f64::max);
-        let kept = self.blocks.iter().filter(|(_, information)| *information > LEAST_INFORMATION * most);
-        let mut sizes: Vec<f64> = kept.map(|(score, information)| score.abs() / information.sqrt()).collect();
-        if let (Some(rare), Some(usual)) = (quantile(&mut sizes, 0.95), scale_of_sizes(&mut sizes)) {
+        if let Some((usual, tail)) = scatter_of(&self.blocks) {
             noise.density = noise.density.max(period_s * usual * usual);
-            noise.tail = noise.tail.max(rare / (NORMAL_95 * usual));
+            noise.tail = noise.tail.max(tail);
         }
         noise
     }

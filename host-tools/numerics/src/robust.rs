@@ -9,6 +9,9 @@ pub const MEDIAN_TO_STD: f64 = 1.482_602_218_505_602;
 /// [`super::intervals::mean_interval`].
 pub const NORMAL_95: f64 = 1.959_963_984_540_054;
 
+/// What a standard normal variable exceeds once in twenty, to one side: Φ⁻¹(0.95).
+pub const ONE_SIDED_95: f64 = 1.644_853_626_951_472;
+
 /// The middle value, the mean of the two middle ones of an even number; `None` of none. Reorders
 /// the values. NaN sorts after every number.
 pub fn median(values: &mut [f64]) -> Option<f64> {
@@ -66,6 +69,7 @@ mod tests {
         let normal = Normal::standard();
         assert!((MEDIAN_TO_STD * normal.inverse_cdf(0.75) - 1.0).abs() < 1e-12);
         assert!((NORMAL_95 - normal.inverse_cdf(0.975)).abs() < 1e-12);
+        assert!((ONE_SIDED_95 - normal.inverse_cdf(0.95)).abs() < 1e-12);
     }
 
     #[test]

@@ -215,8 +215,9 @@ pub mod name {
     /// less may mop up after a wrong name, unless no structure is left beyond the noise. Tuned on
     /// the own bench's pairs, run unknown.
     pub const LEAST_FURTHER: f64 = 0.1;
-    /// Another effect takes the place of one that was named where it is better by more than this, χ².
-    /// Derived: a column's mean gain by chance.
+    /// Another effect takes the place of one that was named where it is better by more than this, χ²;
+    /// a round over the runs' times that gains less was the last. Derived: a column's mean gain by
+    /// chance.
     pub const CHANCE: f64 = 1.0;
     /// So many times each effect is asked for again at most, and so many times the effects that
     /// there may be are named: a fit may end elsewhere than before, and go in a circle. Chosen.
@@ -226,9 +227,6 @@ pub mod name {
     /// What comes on top, as a share of the winner's gain: no term of the model is exact. Tuned on
     /// the own bench, run unknown.
     pub const TIE_SHARE: f64 = 0.01;
-    /// A rival is not worse if its losses are within so many standard errors over runs. Derived:
-    /// one-sided 95 % of a normal variable.
-    pub const TIE_ERRORS: f64 = 1.64;
     /// Fits of a tied effect that are worse by more than this in χ² are no aim of a manoeuvre.
     /// Derived: five standard errors.
     pub const WAYS: f64 = 25.0;
@@ -256,25 +254,15 @@ pub mod name {
     pub const TIME_STEPS_S: [f64; 7] = [8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.12];
     /// Rounds over the runs: the time of one depends on those of the others. Chosen; run unknown.
     pub const TIME_ROUNDS: usize = 3;
-    /// A round that gains less, in χ², was the last. Derived: what one parameter gains by chance.
-    pub const LEAST_ROUND: f64 = 1.0;
 }
 
 /// Confirmation on the locked runs.
 pub mod confirm {
-    /// Share of what field runs have beyond clean ones that names have to close where the rest
-    /// scatters more than in clean runs. Tuned on the own bench; "naming something that closes less
-    /// than half is usually a wrong name" by a prototype.
+    /// Share of what it adds that a name has to show on the locked runs, and of what field runs have
+    /// beyond clean ones that it has to close where the rest scatters more than in clean runs. Tuned
+    /// on the own bench; "naming something that closes less than half is usually a wrong name" by a
+    /// prototype.
     pub const LEAST_CLOSED: f64 = 0.5;
-    /// A named effect has to show on the locked runs with at least this share of what it adds. As
-    /// above.
-    pub const LEAST_SHARE: f64 = 0.5;
-    /// A gap of more than this many times the noise floor is more than noise, though nothing is
-    /// named. Derived: a mean square that is half as large again, as for
-    /// [`super::detect::DISTURBANCE`].
-    pub const MUCH_MORE: f64 = 1.22;
-    /// One-sided 95 % of a normal variable. Derived.
-    pub const ONE_SIDED: f64 = 1.64;
     /// Times that are tried for a locked run's own step. Chosen for time: a quarter of a second in
     /// a run of a minute.
     pub const TIMES: u32 = 240;
@@ -401,22 +389,9 @@ pub mod driven_plant {
     /// How far a parameter may be from the set of motors, as a share of it: it stays where the runs
     /// do not determine it. Chosen.
     pub const TRUST: f64 = 1.0;
-    /// Longest delay that is searched, rows. As [`super::problem::MOST_DELAY_ROWS`].
-    pub const MOST_DELAY_ROWS: f64 = 2.0;
     /// The plant's delay is fitted to this share of a row. Chosen for time.
     pub const DELAY_STEP_ROWS: f64 = 0.1;
     /// A plant whose wheels miss more than this share of the recorded speeds is another robot: the
     /// user is told. Chosen.
     pub const FOLLOWS: f64 = 0.05;
-}
-
-/// The noise of an extended model, estimated like that of the fit (`fit/assess.rs`): the two are
-/// compared.
-pub mod extension {
-    /// Windows over which an error that lasts is judged, s.
-    pub const WINDOW_S: f64 = 10.0;
-    /// Blocks in which the scatter of mass scores is measured, s.
-    pub const BLOCK_S: f64 = 2.0;
-    /// Blocks with less than this share of the most informative one's information are left out.
-    pub const LEAST_INFORMATION: f64 = 0.01;
 }

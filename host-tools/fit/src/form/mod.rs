@@ -7,7 +7,8 @@
 //! on data that its numbers have not seen: one run in three, or one block of time where there are
 //! few runs, is held out at a time while grid and parameters are fitted to the others, and the
 //! squared error of every block is compared with that of the model without the term. It is taken
-//! where the mean gain is significantly above zero (`SURELY`) and at least `LEAST_GAIN`.
+//! where the mean gain is significantly above zero (by chance once in twenty) and at least
+//! `LEAST_GAIN`.
 
 mod candidate;
 mod nested;
@@ -18,6 +19,7 @@ mod tests;
 use logs::robot::Robot;
 use logs::robot::chassis::Chassis;
 use numerics::intervals::mean_interval;
+use numerics::robust::ONE_SIDED_95;
 use serde::Serialize;
 
 use self::candidate::{Errors, Problem, Trial, Unseen};
@@ -32,9 +34,6 @@ const LEAST_BLOCKS: usize = 6;
 /// A term that takes away less of the held-out error is not worth its instructions on a board,
 /// however surely it does.
 const LEAST_GAIN: f64 = 0.01;
-
-/// Standard errors by which a gain lies above zero: by chance once in twenty.
-const SURELY: f64 = 1.645;
 
 /// What one term changes is seen by the next: all are asked again where one was taken.
 const ROUNDS: usize = 2;
@@ -137,6 +136,6 @@ fn judge(term: Term, without: &Errors, with: &Errors) -> Judged {
     // A ratio of sums over blocks of unlike size (Cochran 1977, Section 2.11).
     let about = gains.iter().zip(&errors).map(|(of_block, error)| (of_block - gain * error) / mean);
     let std_err = mean_interval(&about.collect::<Vec<f64>>()).std_err();
-    let taken = gain >= LEAST_GAIN && std_err.is_some_and(|error| gain > SURELY * error);
+    let taken = gain >= LEAST_GAIN && std_err.is_some_and(|error| gain > ONE_SIDED_95 * error);
     Judged { term, gain, std_err, taken }
 }

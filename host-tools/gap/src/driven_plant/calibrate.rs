@@ -12,8 +12,9 @@ use super::filter::PowerFilter;
 use super::in_parallel;
 use super::search::squares;
 use super::track::{Followed, Follower};
+use residuals::thresholds::problem::MOST_DELAY_ROWS;
 use residuals::thresholds::driven_plant::{
-    DELAY_STEP_ROWS, FIT_STEPS, LEAST_GAIN, MOST_DELAY_ROWS, NUDGE, TRUST,
+    DELAY_STEP_ROWS, FIT_STEPS, LEAST_GAIN, NUDGE, TRUST,
 };
 
 /// A parameter that is fitted, the same for all wheels.

@@ -22,7 +22,7 @@ use residuals::noise::whiten::{Signal, Whitener};
 use residuals::predictor::State;
 use residuals::split::Split;
 use residuals::thresholds::calibrate::MARGIN;
-use residuals::thresholds::confirm::MUCH_MORE;
+use residuals::thresholds::detect::DISTURBANCE;
 use residuals::thresholds::detect::STRUCTURE;
 use residuals::types::{Named, Round, Verdict};
 
@@ -142,7 +142,7 @@ impl Report {
     /// Whether the model is off by more than the noise: no effect is named, but not all is
     /// explained.
     pub fn is_off(&self) -> bool {
-        self.confirmed.before_w > MUCH_MORE * self.confirmed.floor_unclipped_w
+        self.confirmed.before_w > DISTURBANCE.sqrt() * self.confirmed.floor_unclipped_w
     }
 
     /// Whether the model's form is off by more than noise in clean runs already, which hides small

@@ -1,13 +1,14 @@
 //! Hypotheses: candidates with their non-linear fits, the search for their shapes, and ties.
 use model::effects::{Candidate, Detail, Regressor, Runs};
 use numerics::intervals::mean_interval;
+use numerics::robust::ONE_SIDED_95;
 use numerics::search::golden_section;
 
 use crate::predictor::State;
 use crate::problem::Problem;
 use crate::problem::fit::Fitted;
 use crate::problem::times::cost_of_a_time;
-use crate::thresholds::name::{IN_RUN_ERRORS, SEARCH_TOLERANCE, SHARPENED, TIE, TIE_ERRORS, TIE_SHARE};
+use crate::thresholds::name::{IN_RUN_ERRORS, SEARCH_TOLERANCE, SHARPENED, TIE, TIE_SHARE};
 use crate::thresholds::problem::MOST_FIT_STEPS;
 
 /// A candidate with its fit.
@@ -177,7 +178,7 @@ pub(super) fn is_tie(winner: &Hypothesis, hypothesis: &Hypothesis, width: f64) -
         hypothesis.fitted.run_losses.iter().zip(&winner.fitted.run_losses).map(|(r, w)| r - w).collect();
     let error = mean_interval(&differences).std_err().unwrap_or(0.0) * differences.len() as f64;
     let worse = hypothesis.penalised - winner.penalised;
-    worse < width && worse < TIE_ERRORS * error.max(1e-9)
+    worse < width && worse < ONE_SIDED_95 * error.max(1e-9)
 }
 
 /// Rivals of other effects that are no worse than a winner, and better than nothing.

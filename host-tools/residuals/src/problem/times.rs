@@ -7,7 +7,7 @@ use super::Problem;
 use super::fit::Fitted;
 use crate::predictor::State;
 use crate::thresholds::detect::{MOST_TIMES, RUN_ENDS, TIME_GRID_S, TIME_PENALTY};
-use crate::thresholds::name::{LEAST_ROUND, TIME_ROUNDS, TIME_STEPS_S};
+use crate::thresholds::name::{CHANCE, TIME_ROUNDS, TIME_STEPS_S};
 
 /// χ² that the search for a step's time gains by chance in one of `runs` runs; the choice of the
 /// run counts, too.
@@ -48,7 +48,7 @@ impl Problem<'_> {
             if moved && let Some(again) = self.fit(&with_times(&fitted.state, what, &times), &[], 2) {
                 *fitted = again;
             }
-            if before - fitted.loss < LEAST_ROUND {
+            if before - fitted.loss < CHANCE {
                 break;
             }
         }
