@@ -60,14 +60,6 @@ pub fn investigate(runs: &Runs, clean: Option<&Runs>, base: &Base, options: &Opt
         let repeated = search(&shifted, &list, by_noise, options);
         if repeated.delay().is_some() { (shifted, repeated) } else { (problem, findings) }
     };
-    if !findings.ties.is_empty() {
-        let order: Vec<usize> = split.open.iter().chain(&split.locked).copied().collect();
-        let removed = problem.predictor.removed_delay;
-        let all = late::in_time(&runs.subset(&order), removed).with_clean(clean);
-        let predictor = Predictor { runs: &all, removed_delay: removed, ..predictor };
-        let all = open_problem(predictor, &late::known(removed), base, parameters, &list, options);
-        findings.strike(&all, options.threshold);
-    }
     if has_one_mass(&base.masses_kg, runs) {
         findings.doubt(also_with_one_mass(&findings.named, &findings.rounds));
     }

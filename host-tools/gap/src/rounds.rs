@@ -1,12 +1,10 @@
 //! Rounds over the open runs: name an effect, ask again for those named before it, and so on until
 //! nothing stands out.
 
-use std::fmt::Write as _;
-
 use model::effects::{Candidate, Regressor};
 use residuals::detect::{Structure, shape_test, structure};
 use residuals::name::hypothesis::Hypothesis;
-use residuals::name::{Choice, Naming, name, with_locked};
+use residuals::name::{Choice, Naming, name};
 use residuals::predictor::State;
 use residuals::problem::Problem;
 use residuals::problem::fit::Fitted;
@@ -305,28 +303,6 @@ impl Findings {
         let rivals = self.ties.iter().flat_map(|tie| &tie[1..]);
         self.ambiguous = rivals.map(|rival| rival.candidate.id.clone()).collect();
         self.verdict = if self.ambiguous.is_empty() { Verdict::Named } else { Verdict::Ambiguous };
-    }
-
-    /// Strikes the rivals from each tie that the locked runs strike; see [`with_locked`].
-    pub(crate) fn strike(&mut self, all: &Problem<'_>, threshold: f64) {
-        for place in 0..self.ties.len() {
-            let winner = self.ties[place][0].candidate.clone();
-            let before = self.named.iter().take_while(|candidate| **candidate != winner).count();
-            let from: usize = self.named[..before].iter().map(|candidate| candidate.regressors.len()).sum();
-            let mut others = self.state.clone();
-            others.effects.drain(from..from + winner.regressors.len());
-            let struck = with_locked::struck(all, &others, &self.ties[place], threshold);
-            self.ties[place].retain(|rival| !struck.contains(&rival.candidate.id));
-            let is_tied = |id: &String| self.ties.iter().flatten().any(|rival| rival.candidate.id == *id);
-            self.ambiguous.retain(|id| !struck.contains(id) || is_tied(id));
-            let added = format!("added {}", winner.id);
-            let record = self.rounds.iter_mut().rev().find(|record| record.outcome.contains(&added));
-            if let Some(record) = record.filter(|_| !struck.is_empty()) {
-                let _ = write!(record.outcome, "; with the locked runs it is not {}", struck.join(", "));
-            }
-        }
-        self.ties.retain(|tie| tie.iter().any(|rival| rival.candidate.id != tie[0].candidate.id));
-        self.settle();
     }
 
     /// Adds to the tie what the names may stand for as well.

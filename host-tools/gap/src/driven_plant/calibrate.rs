@@ -12,10 +12,8 @@ use super::filter::PowerFilter;
 use super::in_parallel;
 use super::search::squares;
 use super::track::{Followed, Follower};
+use residuals::thresholds::driven_plant::{DELAY_STEP_ROWS, FIT_STEPS, LEAST_GAIN, NUDGE, TRUST};
 use residuals::thresholds::problem::MOST_DELAY_ROWS;
-use residuals::thresholds::driven_plant::{
-    DELAY_STEP_ROWS, FIT_STEPS, LEAST_GAIN, NUDGE, TRUST,
-};
 
 /// A parameter that is fitted, the same for all wheels.
 #[derive(Debug, Clone, Copy)]

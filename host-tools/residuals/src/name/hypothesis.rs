@@ -196,31 +196,6 @@ pub(super) fn as_good<'a>(
     rivals.iter().filter(is_as_good).copied().collect()
 }
 
-/// Ids of hypotheses that beat the winner and all `tied` with it when a run is left out, one for
-/// each such run. Without its run, a winner of single runs has nothing to gain: there the other has
-/// to stand out of the noise by `threshold`.
-pub(super) fn better_without_a_run(
-    problem: &Problem<'_>,
-    null: &Fitted,
-    winner: &Hypothesis,
-    all: &[&Hypothesis],
-    tied: &[String],
-    threshold: f64,
-) -> Vec<String> {
-    let in_single_runs = winner.lives_in_single_runs();
-    let runs = problem.predictor.runs.runs.iter().filter(|run| !run.clean).count();
-    let better = (0..runs).filter_map(|run| {
-        let loss = |hypothesis: &&Hypothesis| {
-            problem.loss_without(&hypothesis.fitted, run) + problem.price_without(&hypothesis.candidate, run)
-        };
-        let (best, loss) = all.iter().map(|h| (h, loss(h))).min_by(|a, b| a.1.total_cmp(&b.1))?;
-        let stands_out = || problem.loss_without(null, run) - loss >= threshold.powi(2);
-        let is_other = best.candidate.id != winner.candidate.id && !tied.contains(&best.candidate.id);
-        (is_other && (!in_single_runs || stands_out())).then(|| best.candidate.id.clone())
-    });
-    better.collect()
-}
-
 /// Variance between runs of what a hypothesis adds, relative to that of the equations. 1 for
 /// effects of single runs: no other run could agree.
 pub(super) fn disagree(problem: &Problem<'_>, hypothesis: &Hypothesis) -> f64 {
@@ -240,15 +215,6 @@ pub(super) fn implausible_and_better(hypotheses: &[Hypothesis], null_loss: f64) 
     let worse = winner.penalised - first.penalised;
     let gain = null_loss - winner.penalised;
     (first.candidate.id != winner.candidate.id && worse > TIE + TIE_SHARE * gain).then_some(first)
-}
-
-/// Whether a winner is no better than the limit of its shape, see [`Regressor::limit`]: its own
-/// shape does not show then. A limit that is in the dictionary is a hypothesis, and in a tie.
-pub(super) fn shows_no_shape(problem: &Problem<'_>, state: &State, winner: &Hypothesis, width: f64) -> bool {
-    let [regressor] = &winner.candidate.regressors[..] else { return false };
-    let Some(limit) = regressor.limit() else { return false };
-    let candidate = Candidate { regressors: vec![limit], search: 0.0, ..winner.candidate.clone() };
-    fit_hypothesis(problem, state, &candidate).is_some_and(|limit| is_tie(winner, &limit, width))
 }
 
 #[cfg(test)]
@@ -368,7 +334,6 @@ mod tests {
         problem.misfit = 2.0;
         let dearer = fit_hypothesis(&problem, &state, &rest.candidate).unwrap();
         assert!((dearer.penalised - dearer.fitted.loss - 20.0).abs() < 1e-9);
-        assert!((problem.price_without(&candidate, 0) - 20.0).abs() < 1e-9);
     }
 
     /// Runs whose power is the predictor's, late by `delay`, s, and passed through `sensor`.

@@ -1,13 +1,11 @@
 //! One round: which hypothesis explains most of the residual, and is it the only one?
 
 pub mod hypothesis;
-pub mod with_locked;
 
 use model::effects::Candidate;
 
 use self::hypothesis::{
-    Hypothesis, as_good, better_without_a_run, disagree, fit_hypothesis, implausible_and_better, sharpen,
-    shows_no_shape, tie_width,
+    Hypothesis, as_good, disagree, fit_hypothesis, implausible_and_better, sharpen, tie_width,
 };
 use super::detect::Structure;
 use super::predictor::State;
@@ -115,23 +113,14 @@ pub fn name(
             record.candidates[place].status = Status::Tie;
         }
     }
-    if shows_no_shape(problem, state, &winner, width) && as_good.is_empty() {
-        return refuse(record, "of what explains most the runs show the limit only, which is another effect");
-    }
     let mut ties: Vec<String> = as_good.iter().map(|tied| tied.candidate.id.clone()).collect();
-    let all: Vec<&Hypothesis> = plausible.iter().map(|&place| &hypotheses[place]).collect();
-    let better = better_without_a_run(problem, &null, &winner, &all, &ties, options.threshold);
-    let lost = better.len();
-    ties.extend(better);
     ties.sort();
     ties.dedup();
     record.candidates[first].status = Status::Winner;
-    record.outcome = match (ties.is_empty(), lost) {
-        (true, _) => format!("added {}", winner.candidate.id),
-        (false, 0) => format!("added {}, in a tie with {}", winner.candidate.id, ties.join(", ")),
-        (false, _) => {
-            format!("added {}, which some runs alone decide against {}", winner.candidate.id, ties.join(", "))
-        }
+    record.outcome = if ties.is_empty() {
+        format!("added {}", winner.candidate.id)
+    } else {
+        format!("added {}, in a tie with {}", winner.candidate.id, ties.join(", "))
     };
     let mut seen: Vec<String> = Vec::new();
     let worth_asking = |other: &&Hypothesis| {

@@ -166,11 +166,4 @@ impl Problem<'_> {
         let pairs = jackknife.iter().rev().zip(formal.iter().rev()).take(count);
         pairs.map(|(jackknife, formal)| jackknife / formal.max(1e-300)).fold(1.0, f64::max)
     }
-
-    /// As [`Fitted::loss`] with a run left out, to first order.
-    pub fn loss_without(&self, fitted: &Fitted, run: usize) -> f64 {
-        let state = &fitted.state;
-        self.factored(&fitted.products.total(Some(run)), state, self.active(state))
-            .map_or(f64::INFINITY, |solved| solved.loss())
-    }
 }

@@ -74,14 +74,6 @@ impl Problem<'_> {
         self.misfit * penalty(candidate)
     }
 
-    /// As [`price`](Self::price) when a run is left out: what was searched for in that run costs
-    /// nothing.
-    pub(crate) fn price_without(&self, candidate: &Candidate, run: usize) -> f64 {
-        let regressors = &candidate.regressors;
-        let there = regressors.iter().filter(|regressor| regressor.run() == Some(run)).count() as f64;
-        self.price(candidate) * (1.0 - there / regressors.len().max(1) as f64)
-    }
-
     /// Columns that always move along with the base: the discrepancy, and the effects of a state.
     pub(crate) fn active(&self, state: &State) -> Range<usize> {
         self.base..self.first_further(state)
