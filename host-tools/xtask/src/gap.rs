@@ -16,9 +16,9 @@ const JUDGE: &str = "host-tools/tests/reference/gap_judge";
 /// sets; what the dictionary lacks; by both engines. Pairs. And the coverage of the mass interval
 /// once the effects are added.
 const OWN: [&str; 4] = [
-    "gap-bench --first-seed 801 --seeds 2 --sizes 0.5 --free 16 --removed 1",
-    "gap-bench --first-seed 801 --seeds 2 --sizes 0.5 --free 16 --removed 1 --engine likelihood",
-    "gap-bench --first-seed 951 --seeds 0 --free 0 --pairs 56 --sizes 1",
+    "gap-bench --first-seed 1201 --seeds 2 --sizes 0.5 --free 16 --removed 1",
+    "gap-bench --first-seed 1201 --seeds 2 --sizes 0.5 --free 16 --removed 1 --engine likelihood",
+    "gap-bench --first-seed 1251 --seeds 0 --free 0 --pairs 56 --sizes 1",
     "gap-bench --first-seed 501 --seeds 1 --sizes 1 --free 0 --coverage",
 ];
 

@@ -103,6 +103,19 @@ impl Regressor {
         }
     }
 
+    /// What it comes to at the end of its shape's range, where nothing of its shape shows: a
+    /// warm-up that takes longer than the runs is grease that is thicker, a switch at the start is
+    /// none.
+    pub fn limit(&self) -> Option<Self> {
+        match self {
+            Self::Term(Term::WarmUp(_)) => Some(Self::Term(Term::Viscous)),
+            Self::Term(Term::RollingFrom(_)) => Some(Switched::Rolling.throughout()),
+            Self::Term(Term::StepAt(_) | Term::WithMotion(_)) => Some(Switched::Static.throughout()),
+            Self::Switch(what, _) => Some(what.throughout()),
+            _ => None,
+        }
+    }
+
     /// When it begins in all runs, s since the start, if it begins at a time.
     pub fn begins(&self) -> Option<f64> {
         match self {

@@ -217,6 +217,15 @@ pub(super) fn implausible_and_better(hypotheses: &[Hypothesis], null_loss: f64) 
     (first.candidate.id != winner.candidate.id && worse > TIE + TIE_SHARE * gain).then_some(first)
 }
 
+/// Whether a winner is no better than the limit of its shape, see [`Regressor::limit`]: its own
+/// shape does not show then. A limit that is in the dictionary is a hypothesis, and in a tie.
+pub(super) fn shows_no_shape(problem: &Problem<'_>, state: &State, winner: &Hypothesis, width: f64) -> bool {
+    let [regressor] = &winner.candidate.regressors[..] else { return false };
+    let Some(limit) = regressor.limit() else { return false };
+    let candidate = Candidate { regressors: vec![limit], search: 0.0, ..winner.candidate.clone() };
+    fit_hypothesis(problem, state, &candidate).is_some_and(|limit| is_tie(winner, &limit, width))
+}
+
 #[cfg(test)]
 mod tests {
     use model_core::effects::Term;

@@ -5,7 +5,7 @@ pub mod hypothesis;
 use model::effects::Candidate;
 
 use self::hypothesis::{
-    Hypothesis, as_good, disagree, fit_hypothesis, implausible_and_better, sharpen, tie_width,
+    Hypothesis, as_good, disagree, fit_hypothesis, implausible_and_better, sharpen, shows_no_shape, tie_width,
 };
 use super::detect::Structure;
 use super::predictor::State;
@@ -112,6 +112,9 @@ pub fn name(
         if as_good.iter().any(|tied| tied.candidate == hypothesis.candidate) {
             record.candidates[place].status = Status::Tie;
         }
+    }
+    if shows_no_shape(problem, state, &winner, width) && as_good.is_empty() {
+        return refuse(record, "of what explains most the runs show the limit only, which is another effect");
     }
     let mut ties: Vec<String> = as_good.iter().map(|tied| tied.candidate.id.clone()).collect();
     ties.sort();
