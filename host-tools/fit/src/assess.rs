@@ -255,8 +255,9 @@ fn scatter(dataset: &Dataset, model: &Model<f64>, linear_beyond: f64) -> Noise<f
     noise
 }
 
-/// Of the score and the information of each block: the usual |score| per root of information, and by
-/// how much the rare one exceeds a normal variable's. `None` of none.
+/// How mass scores scatter over blocks, each given by its score and its information: the usual
+/// |score| / √information, and the factor by which its 95 % quantile exceeds that of a normal
+/// variable. `None` without blocks.
 pub fn scatter_of(blocks: &[(f64, f64)]) -> Option<(f64, f64)> {
     let most = blocks.iter().map(|(_, information)| *information).fold(0.0, f64::max);
     let told = blocks.iter().filter(|(_, information)| *information > LEAST_SHARE * most);

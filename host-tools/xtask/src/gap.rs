@@ -13,7 +13,7 @@ use crate::steps::{Steps, Stop, command};
 const JUDGE: &str = "host-tools/tests/reference/gap_judge";
 
 /// All 21 effects at half the noise, each with two seeds that no constant was tuned on; effect-free
-/// sets; what the dictionary lacks; by both engines. Pairs. And the coverage of the mass interval
+/// sets; what the dictionary lacks, for which a rule was put back; by both engines. Pairs. And the coverage of the mass interval
 /// once the effects are added.
 const OWN: [&str; 4] = [
     "gap-bench --first-seed 1201 --seeds 2 --sizes 0.5 --free 16 --removed 1",
