@@ -113,7 +113,7 @@ pub fn name(
             record.candidates[place].status = Status::Tie;
         }
     }
-    if shows_no_shape(problem, state, &winner, width) && as_good.is_empty() {
+    if as_good.is_empty() && shows_no_shape(problem, state, &winner, width) {
         return refuse(record, "of what explains most the runs show the limit only, which is another effect");
     }
     let mut ties: Vec<String> = as_good.iter().map(|tied| tied.candidate.id.clone()).collect();
