@@ -158,16 +158,8 @@ pub fn on_locked(
     let rows = before.iter().map(Vec::len).sum::<usize>() as f64;
     let mean = |all: &[Vec<f64>]| all.iter().flatten().map(|x| x * x).sum::<f64>() / rows;
     let (before_w2, after_w2) = (mean(&before), mean(&after));
-    let functions = smooth::functions(&locked);
-    let regressors: Vec<Regressor> = common.iter().map(|(regressor, _)| regressor.clone()).collect();
-    let noise = Noise::estimate(
-        &predictor,
-        &State { torque: state.torque, effects: common.clone() },
-        parameters,
-        &regressors,
-        &functions,
-        Memory::Known(&open.noise.whitener),
-    );
+    let extended = State { torque: state.torque, effects: common.clone() };
+    let noise = noise(&predictor, &extended, parameters, Memory::Known(&open.noise.whitener));
     let misfit = clean.map(|clean| Misfit::of(clean, base, predictor.clean_delay, parameters));
     // A simulator has no noise to multiply by the misfit: its misfit is added to the runs' noise.
     let floor_unclipped_w2 = match misfit {
@@ -201,6 +193,19 @@ pub fn on_locked(
     }
 }
 
+/// The noise about a state, which the smooth functions do not explain.
+fn noise(predictor: &Predictor<'_>, state: &State, parameters: usize, memory: Memory<'_>) -> Noise {
+    let functions = smooth::functions(predictor.runs);
+    let regressors: Vec<Regressor> = state.effects.iter().map(|(regressor, _)| regressor.clone()).collect();
+    let columns = (0..predictor.runs.runs.len()).map(|place| {
+        let mut columns = predictor.columns(place, state, parameters, &regressors);
+        let residual = columns.len() - 1;
+        columns.splice(residual..residual, functions.iter().map(|function| function[place].clone()));
+        columns
+    });
+    Noise::estimate(predictor.runs, &columns.collect::<Vec<_>>(), memory)
+}
+
 /// The base's error without any effect.
 #[derive(Debug, Clone, Copy)]
 struct Misfit {
@@ -218,8 +223,7 @@ impl Misfit {
         let residual = predictor.residual(&state);
         let rows = residual.iter().map(Vec::len).sum::<usize>() as f64;
         let whole_w2 = residual.iter().flatten().map(|x| x * x).sum::<f64>() / rows;
-        let noise =
-            Noise::estimate(&predictor, &state, parameters, &[], &smooth::functions(clean), Memory::OfAll);
+        let noise = noise(&predictor, &state, parameters, Memory::OfAll);
         let factor = if noise.floor_w2 > 0.0 { (whole_w2 / noise.floor_w2).max(1.0) } else { 1.0 };
         Self { whole_w2, factor }
     }

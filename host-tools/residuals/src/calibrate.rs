@@ -9,8 +9,8 @@ use model::effects::Candidate;
 use rayon::prelude::*;
 
 use super::detect::structure;
-use super::predictor::Predictor;
-use super::problem::open::open_problem;
+use super::predictor::{Predictor, State};
+use super::problem::open::{open_with, slopes};
 use super::split::by_mass;
 use super::thresholds::calibrate::{DEALS, FOLDS, LEAST_RUNS};
 use super::types::{Base, Options};
@@ -29,6 +29,9 @@ pub fn shown_by_clean(
         return None;
     }
     let order = by_mass(clean);
+    let predictor = Predictor { clean_delay, ..Predictor::new(clean, base.drive) };
+    let start = State { torque: base.torque, effects: Vec::new() };
+    let slopes = slopes(&predictor, &start, parameters, list);
     let shown = (0..DEALS * FOLDS).into_par_iter().map(|number| {
         let (deal, fold) = (number / FOLDS, number % FOLDS);
         let side = |asked: bool| -> Vec<usize> {
@@ -36,16 +39,12 @@ pub fn shown_by_clean(
             let of = |(rank, place): (usize, &usize)| ((dealt(rank) == fold) == asked).then_some(*place);
             order.iter().enumerate().filter_map(of).collect()
         };
-        let open = clean.subset(&side(true)).with_clean(Some(&clean.subset(&side(false))));
-        let problem = open_problem(
-            Predictor { clean_delay, ..Predictor::new(&open, base.drive) },
-            &[],
-            base,
-            parameters,
-            list,
-            options,
-        );
-        structure(&problem, &problem.start(), list, &[]).greatest
+        let (asked, others) = (side(true), side(false));
+        let open = clean.subset(&asked).with_clean(Some(&clean.subset(&others)));
+        let predictor = Predictor { runs: &open, ..predictor };
+        let slopes = asked.iter().chain(&others).map(|&place| slopes[place].clone()).collect();
+        let problem = open_with(predictor, slopes, base, parameters, list, options);
+        structure(&problem, &start, list, &[]).greatest
     });
     let shown: Vec<f64> = shown.collect();
     let most = |folds: &[f64]| folds.iter().copied().filter(|z| z.is_finite()).max_by(f64::total_cmp);

@@ -73,16 +73,39 @@ impl<'a> Predictor<'a> {
 
     /// Power of one run, W, one value a row.
     pub fn predict(&self, place: usize, state: &State) -> Vec<f64> {
-        with_core!(&self.runs.robot, core => self.predicted(core, place, state))
+        self.predict_later(place, state, [0.0]).next().unwrap_or_default()
     }
 
-    fn predicted<const N: usize>(&self, core: &CoreRobot<f64, N>, place: usize, state: &State) -> Vec<f64> {
+    /// The same, later by further delays, s.
+    pub fn predict_later(
+        &self,
+        place: usize,
+        state: &State,
+        by: impl IntoIterator<Item = f64>,
+    ) -> impl Iterator<Item = Vec<f64>> {
+        let in_time = with_core!(&self.runs.robot, core => self.in_time(core, place, state));
+        let run = &self.runs.runs[place];
+        let delay = self.delay(run, state);
+        by.into_iter().map(move |by| match delay + by {
+            0.0 => in_time.clone(),
+            delay => delayed(run, &in_time, delay),
+        })
+    }
+
+    /// How late the power of a run is after its speed, s.
+    fn delay(&self, run: &Run, state: &State) -> f64 {
+        let in_state = state.effects.iter().filter(|(regressor, _)| *regressor == Regressor::Delay);
+        let in_field = in_state.map(|(_, delay)| delay).sum::<f64>() - self.removed_delay;
+        self.clean_delay + if run.clean { 0.0 } else { in_field }
+    }
+
+    /// Power of one run before any delay, W.
+    fn in_time<const N: usize>(&self, core: &CoreRobot<f64, N>, place: usize, state: &State) -> Vec<f64> {
         let layout = Layout::new(&core.kinematics);
         let CoreRobot { conditioning, dead_band, .. } = core;
         let run = &self.runs.runs[place];
         let mut effects: Vec<Effect<f64>> = Vec::new();
         let (mut shift, mut scales, mut softer) = (0.0, Vec::new(), 0.0);
-        let mut delay = if run.clean { self.clean_delay } else { self.clean_delay - self.removed_delay };
         let mut warm = None;
         let mut switched: Vec<Switching> = Vec::new();
         let present: &[(Regressor, f64)] = if run.clean { &[] } else { &state.effects };
@@ -100,7 +123,6 @@ impl<'a> Predictor<'a> {
                 }
                 Regressor::Mass(at) if *at == place => shift += coefficient,
                 Regressor::Masses => shift += coefficient,
-                Regressor::Delay => delay += coefficient,
                 Regressor::Scale(side) => scales.push((*side, coefficient)),
                 Regressor::HalfSlip => softer += coefficient,
                 Regressor::Heat(_) | Regressor::Warming(_) | Regressor::Temperature(..) | Regressor::Hot => {
@@ -178,8 +200,7 @@ impl<'a> Predictor<'a> {
                 add(&mut power, run.extra(*column), *coefficient);
             }
         }
-        let power = self.runs.smoothed(run, power);
-        if delay == 0.0 { power } else { delayed(run, &power, delay) }
+        self.runs.smoothed(run, power)
     }
 
     /// How much of what is switched the filter shows at a time.

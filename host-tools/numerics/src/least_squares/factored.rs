@@ -59,6 +59,7 @@ impl Factored {
     /// Effective number of parameters that data with the normal matrix `data` (without prior and
     /// ridge) determine: tr(H⁻¹ XᵀWX).
     pub fn determined(&self, data: &DMatrix<f64>) -> f64 {
-        (self.covariance() * data).trace()
+        // The trace of a product, both factors symmetric.
+        self.covariance().dot(data)
     }
 }

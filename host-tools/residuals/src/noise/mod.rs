@@ -1,20 +1,16 @@
 //! The noise of the power: its autoregression, its variance, and the weight of each row.
 
+mod regression;
 pub mod spread;
 pub mod whiten;
 
 use logs::runs::Runs;
-use model::effects::Regressor;
-use nalgebra::{DMatrix, DVector};
-use numerics::least_squares::NormalEquations;
 use numerics::robust::scale_of_sizes;
 
+use self::regression::{Columns, Regression};
 use self::spread::Spread;
 use self::whiten::{Signal, Whitener};
-use super::predictor::{Predictor, State};
-use super::thresholds::noise::{
-    BLOCKS_S, HUBER, LEAST_QUIET, LEAST_WORTH, MOST_TAKEN, PASSES, QUIETER, RIDGE,
-};
+use super::thresholds::noise::{BLOCKS_S, HUBER, LEAST_QUIET, LEAST_WORTH, MOST_TAKEN, PASSES, QUIETER};
 
 /// Which runs the autoregression of the noise is estimated from.
 #[derive(Debug, Clone, Copy)]
@@ -46,29 +42,13 @@ pub struct Noise {
 }
 
 impl Noise {
-    /// From the residual at `state` less its regression on base, regressors and smooth functions,
-    /// before and after whitening.
-    pub fn estimate(
-        predictor: &Predictor<'_>,
-        state: &State,
-        base: usize,
-        regressors: &[Regressor],
-        smooth: &[Signal],
-        memory: Memory<'_>,
-    ) -> Self {
-        let runs = predictor.runs;
+    /// From the columns of each run, the residual last: its regression on the others leaves the
+    /// noise, before and after whitening.
+    pub fn estimate(runs: &Runs, columns: &[Vec<Vec<f64>>], memory: Memory<'_>) -> Self {
         let has_clean = runs.runs.iter().any(|run| run.clean);
-        let raw: Vec<Vec<Vec<f64>>> = (0..runs.runs.len())
-            .map(|place| {
-                let mut columns = predictor.columns(place, state, base, regressors);
-                let residual = columns.pop().unwrap_or_default();
-                columns.extend(smooth.iter().map(|signal| signal[place].clone()));
-                columns.push(residual);
-                columns
-            })
-            .collect();
+        let raw: Vec<Columns> = columns.iter().map(|columns| Columns::new(columns)).collect();
+        let mut residual_w = Regression::of(&raw).left;
         let everything: Signal = runs.runs.iter().map(|run| vec![1.0; run.rows.len()]).collect();
-        let mut residual_w = regress(&matrices(&raw, &everything)).0;
         let mut noise = Self {
             whitener: Whitener { coefficients: Vec::new() },
             std_w: 1.0,
@@ -77,7 +57,7 @@ impl Noise {
             residual_w: Signal::new(),
             floor_w2: 0.0,
         };
-        let mut fitted = 0.0;
+        let mut last = None;
         // The whitener of the first residual shows a better one.
         for _ in 0..PASSES {
             noise.whitener = match memory {
@@ -93,31 +73,28 @@ impl Noise {
                 .map(|run| run.iter().map(|known| f64::from(u8::from(*known))).collect())
                 .collect();
             noise.std_w = 1.0;
+            let white: Vec<Columns> = raw
+                .iter()
+                .enumerate()
+                .map(|(place, columns)| columns.map(|values| noise.whitener.apply_run(runs, place, values)))
+                .collect();
             for _ in 0..PASSES {
-                let white: Vec<Vec<Vec<f64>>> = raw
+                let weighted: Vec<Columns> = white
                     .iter()
-                    .enumerate()
-                    .map(|(place, columns)| columns.iter().map(|c| noise.whiten(runs, place, c)).collect())
-                    .collect();
-                let ones: Signal = noise.weights.iter().map(|run| vec![1.0; run.len()]).collect();
-                let (residual, values, taken) = regress(&matrices(&white, &ones));
-                fitted = taken;
-                noise.residual = residual;
-                residual_w = raw
-                    .iter()
-                    .map(|columns| {
-                        let mut residual = columns.last().cloned().unwrap_or_default();
-                        for (column, value) in columns.iter().zip(values.iter()) {
-                            for (residual, x) in residual.iter_mut().zip(column) {
-                                *residual -= value * x;
-                            }
-                        }
-                        residual
+                    .zip(&noise.weights)
+                    .map(|(columns, weights)| {
+                        let weigh = |(x, weight): (&f64, &f64)| x * weight / noise.std_w;
+                        columns.map(|values| values.iter().zip(weights).map(weigh).collect())
                     })
                     .collect();
+                let regression = Regression::of(&weighted);
+                residual_w = raw.iter().map(|columns| columns.left_by(&regression.values)).collect();
+                noise.residual = regression.left.clone();
                 noise.weigh(runs);
+                last = Some(regression);
             }
         }
+        let fitted = last.map_or(0.0, |last| last.directions());
         let rows = residual_w.iter().map(Vec::len).sum::<usize>() as f64;
         // Coloured noise counts as fewer rows: the fit absorbs more of it.
         let worth =
@@ -246,40 +223,4 @@ fn block_scores(period_s: f64, x: &[f64], e: &[f64], along: f64) -> ([f64; BLOCK
         x.chunks(rows).zip(e.chunks(rows)).map(|(x, e)| score(x, e).powi(2)).sum()
     });
     (squares, score(x, e))
-}
-
-fn matrices(columns: &[Vec<Vec<f64>>], weights: &Signal) -> Vec<DMatrix<f64>> {
-    columns
-        .iter()
-        .zip(weights)
-        .map(|(columns, weights)| {
-            DMatrix::from_fn(weights.len(), columns.len(), |i, j| columns[j][i] * weights[i])
-        })
-        .collect()
-}
-
-/// Least squares of the last column on the others, all runs together, without directions that the
-/// rows do not determine. Residual, coefficients, and number of directions fitted.
-fn regress(runs: &[DMatrix<f64>]) -> (Signal, DVector<f64>, f64) {
-    let columns = runs.first().map_or(0, |run| run.ncols().saturating_sub(1));
-    let mut gram = DMatrix::<f64>::zeros(columns + 1, columns + 1);
-    for run in runs {
-        gram += run.transpose() * run;
-    }
-    let places: Vec<usize> = (0..columns).collect();
-    let equations = NormalEquations::from_products(&gram, &places);
-    let data = equations.matrix().clone();
-    // A ridge far below any noise: collinear columns share what they explain.
-    let (values, fitted) = match equations.factor(RIDGE) {
-        Ok(factored) => (factored.solution(), factored.determined(&data)),
-        Err(_) => (DVector::zeros(columns), 0.0),
-    };
-    let residual = runs
-        .iter()
-        .map(|run| {
-            let fit = run.columns(0, columns) * &values;
-            (run.column(columns) - fit).as_slice().to_vec()
-        })
-        .collect();
-    (residual, values, fitted)
 }

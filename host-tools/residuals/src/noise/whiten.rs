@@ -1,6 +1,6 @@
 //! Prewhitening: an autoregression that leaves the noise of the power without memory.
 
-use logs::runs::Runs;
+use logs::runs::{Row, Runs};
 
 use crate::thresholds::noise::{ORDER, WHITE_FLOOR};
 
@@ -45,16 +45,18 @@ impl Whitener {
 
     /// As [`apply`](Self::apply) for the values of one run.
     pub fn apply_run(&self, runs: &Runs, place: usize, values: &[f64]) -> Vec<f64> {
-        let mut age = 0;
-        let rows = &runs.runs[place].rows;
         let order = self.coefficients.len();
         let mut out = vec![0.0; values.len()];
-        for (t, row) in rows.iter().enumerate() {
-            age = if row.starts { 0 } else { age + 1 };
-            if age >= order {
-                let past = values[t - order..t].iter().rev();
-                let expected: f64 = self.coefficients.iter().zip(past).map(|(a, x)| a * x).sum();
-                out[t] = values[t] - expected;
+        let Some(present) = values.get(order..) else { return out };
+        out[order..].copy_from_slice(present);
+        for (lag, a) in (1..).zip(&self.coefficients) {
+            for (out, past) in out[order..].iter_mut().zip(&values[order - lag..]) {
+                *out -= a * past;
+            }
+        }
+        for (out, known) in out.iter_mut().zip(self.known_of(&runs.runs[place].rows)) {
+            if !known {
+                *out = 0.0;
             }
         }
         out
@@ -62,16 +64,15 @@ impl Whitener {
 
     /// Whether the past of each row is known.
     pub fn known(&self, runs: &Runs) -> Vec<Vec<bool>> {
-        let known = |rows: &[logs::runs::Row]| {
-            let mut age = 0;
-            rows.iter()
-                .map(|row| {
-                    age = if row.starts { 0 } else { age + 1 };
-                    age >= self.coefficients.len()
-                })
-                .collect()
-        };
-        runs.runs.iter().map(|run| known(&run.rows)).collect()
+        runs.runs.iter().map(|run| self.known_of(&run.rows).collect()).collect()
+    }
+
+    fn known_of(&self, rows: &[Row]) -> impl Iterator<Item = bool> {
+        let order = self.coefficients.len();
+        rows.iter().scan(0, move |age, row| {
+            *age = if row.starts { 0 } else { *age + 1 };
+            Some(*age >= order)
+        })
     }
 }
 
@@ -99,7 +100,26 @@ fn levinson(lags: &[f64]) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::levinson;
+    use super::{Whitener, levinson};
+    use crate::problem::example;
+
+    /// x_t − 0.5 x_{t−1} − 0.2 x_{t−2}; 0 where a piece begins.
+    #[test]
+    fn a_filter_begins_anew_with_each_piece() {
+        let mut runs = example::runs([0.4, 0.9]);
+        let mut rows = runs.runs[1].rows.to_vec();
+        rows[5].starts = true;
+        runs.runs[1].rows = rows.into();
+        let values: Vec<f64> = (0..runs.runs[1].rows.len()).map(|t| (0.7 * t as f64).sin() + 2.0).collect();
+        let white = Whitener { coefficients: vec![0.5, 0.2] }.apply_run(&runs, 1, &values);
+        for (t, white) in white.iter().enumerate() {
+            let expected = match t {
+                0 | 1 | 5 | 6 => 0.0,
+                _ => values[t] - 0.5 * values[t - 1] - 0.2 * values[t - 2],
+            };
+            assert!((white - expected).abs() < 1e-12, "{t}: {white} {expected}");
+        }
+    }
 
     /// An AR(2) process x_t = 0.6 x_{t−1} + 0.3 x_{t−2} + e has autocorrelations ρ1 = 0.6/0.7, ρ_k
     /// = 0.6 ρ_{k−1} + 0.3 ρ_{k−2}.

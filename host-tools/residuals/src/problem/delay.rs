@@ -1,9 +1,10 @@
 //! A delay, fitted from zero and from the best start on a grid.
 
 use model::effects::Regressor;
+use nalgebra::{DMatrix, DVector};
 
 use super::Problem;
-use super::fit::Fitted;
+use super::fit::{Fitted, RunLoss};
 use crate::predictor::State;
 use crate::thresholds::name::DELAY_GRID_ROWS;
 use crate::thresholds::problem::MOST_FIT_STEPS;
@@ -24,10 +25,41 @@ impl Problem<'_> {
         let count = ((high - low) / step).ceil();
         let grid = (0..=count as u32).map(|k| (low + step * f64::from(k)).min(high));
         let starts = grid.chain([self.predictor.removed_delay]).filter(|start| start.abs() > sample);
-        let far = self.best_start(state, &Regressor::Delay, starts).and_then(from);
+        let far = self.best_start(state, starts.collect()).and_then(from);
         let is_far =
             |fitted: &Fitted| fitted.state.effects.last().is_some_and(|(_, delay)| delay.abs() > sample);
         Some(far.filter(|far| is_far(far) && far.loss < near.loss).unwrap_or(near))
+    }
+
+    /// The delay with the least loss, s; `None` where the loss is less without any.
+    fn best_start(&self, state: &State, mut by: Vec<f64>) -> Option<f64> {
+        by.insert(0, 0.0);
+        let mut squares = vec![0.0; by.len()];
+        let mut along = DMatrix::zeros(self.discrepancy.len(), by.len());
+        for (run, of) in self.predictor.runs.runs.iter().enumerate() {
+            if of.clean {
+                let RunLoss { square, along: of_run, .. } = self.run_loss(state, run);
+                squares.iter_mut().for_each(|sum| *sum += square);
+                along.column_iter_mut().for_each(|mut sum| sum += &of_run);
+                continue;
+            }
+            let predicted = self.predictor.predict_later(run, state, by.iter().copied());
+            let white: Vec<DVector<f64>> = predicted.map(|power| self.white(run, &power)).collect();
+            squares.iter_mut().zip(&white).for_each(|(sum, white)| *sum += white.norm_squared());
+            if let Some(signals) = self.discrepancy.runs.get(run) {
+                along += signals.transpose() * DMatrix::from_columns(&white);
+            }
+        }
+        let taken = |k: usize| {
+            self.factor.as_ref().map_or(0.0, |factor| {
+                let along = along.column(k).into_owned();
+                along.dot(&factor.solve(&along))
+            })
+        };
+        let loss = |k: usize| squares[k] - taken(k);
+        let (best, least) =
+            (1..by.len()).map(|k| (k, loss(k))).min_by(|a: &(usize, f64), b| a.1.total_cmp(&b.1))?;
+        (least < loss(0)).then_some(by[best])
     }
 
     /// Loss of a fitted delay, the last of its effects, without what smoothing gains.

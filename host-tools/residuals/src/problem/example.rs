@@ -67,6 +67,7 @@ pub(crate) fn bare<'a>(predictor: Predictor<'a>, centre: TorqueModel<f64>, base:
         noise: white(predictor.runs),
         discrepancy: Fixed::default(),
         factor: None,
+        still: Vec::new(),
         smooth: Vec::new(),
         misfit: 1.0,
         search_factor: 1.0,

@@ -25,6 +25,14 @@ pub struct Fitted {
     pub covariance: DMatrix<f64>,
 }
 
+/// A run's whitened residual, its sum of squares, and its products with the discrepancy.
+#[derive(Debug, Clone)]
+pub(crate) struct RunLoss {
+    pub(super) white: DVector<f64>,
+    pub(super) square: f64,
+    pub(super) along: DVector<f64>,
+}
+
 impl Problem<'_> {
     /// Adds regressors to a state and fits all that is in it, the model made linear again at each
     /// step.
@@ -32,50 +40,32 @@ impl Problem<'_> {
         let mut state = state.clone();
         state.effects.extend_from_slice(regressors);
         let mut best = self.losses(&state);
-        let mut solved = None;
+        let linear = |state: &State| {
+            let products = self.panel(state, &[], &[]).products();
+            let equations = self.factored(&products.total(None), state, self.active(state))?;
+            Some((products, equations))
+        };
+        let (mut products, mut equations) = linear(&state)?;
         for _ in 0..steps {
-            let products = self.panel(&state, &[], &[]).products();
-            let step = self.factored(&products.total(None), &state, self.active(&state))?;
-            let values = step.solution();
-            let mut share = 1.0;
-            let mut moved = None;
-            for _ in 0..HALVINGS {
+            if best.0 - equations.loss() < LEAST_STEP_GAIN {
+                break;
+            }
+            let values = equations.solution();
+            let shares = (0..HALVINGS as i32).map(|halving| SHORTER.powi(halving));
+            let mut tried = shares.map(|share| {
                 let next = self.step(&state, &values, share);
                 let losses = self.losses(&next);
-                if losses.0 <= best.0 {
-                    moved = Some((next, losses));
-                    break;
-                }
-                share *= SHORTER;
-            }
-            solved = Some(step);
-            let Some((next, losses)) = moved else { break };
+                (next, losses)
+            });
+            let Some((next, losses)) = tried.find(|(_, losses)| losses.0 <= best.0) else { break };
             let gained = best.0 - losses.0;
-            state = next;
-            best = losses;
+            (state, best) = (next, losses);
+            (products, equations) = linear(&state)?;
             if gained < LEAST_STEP_GAIN {
                 break;
             }
         }
-        let products = self.panel(&state, &[], &[]).products();
-        Some(Fitted { state, loss: best.0, run_losses: best.1, products, covariance: solved?.covariance() })
-    }
-
-    /// Start for the fit of a regressor: the coefficient with the least loss; `None` where the loss
-    /// is less without it.
-    pub(crate) fn best_start(
-        &self,
-        state: &State,
-        regressor: &Regressor,
-        starts: impl Iterator<Item = f64>,
-    ) -> Option<f64> {
-        let loss = |coefficient: f64| {
-            let mut tried = state.clone();
-            tried.effects.push((regressor.clone(), coefficient));
-            self.losses(&tried).0
-        };
-        let (start, least) = starts.map(|start| (start, loss(start))).min_by(|a, b| a.1.total_cmp(&b.1))?;
-        (least < self.losses(state).0).then_some(start)
+        Some(Fitted { state, loss: best.0, run_losses: best.1, products, covariance: equations.covariance() })
     }
 
     fn step(&self, state: &State, values: &DVector<f64>, share: f64) -> State {
@@ -92,41 +82,68 @@ impl Problem<'_> {
         next
     }
 
-    /// The whitened residual of a state without discrepancy and weights.
-    pub fn plain(&self, state: &State) -> Signal {
-        self.noise.unweighted(self.residual(state).iter().map(DVector::as_slice))
-    }
-
     /// Sum of squares with the prior's penalty, and that of each run without it.
     pub(super) fn losses(&self, state: &State) -> (f64, Vec<f64>) {
-        let runs: Vec<f64> = self.residual(state).iter().map(DVector::norm_squared).collect();
+        let runs: Vec<RunLoss> =
+            (0..self.predictor.runs.runs.len()).map(|run| self.run_loss(state, run)).collect();
+        let along = self.along(&runs);
+        let taken = self.factor.as_ref().map(|factor| factor.solve(&along));
+        let losses: Vec<f64> = match &taken {
+            None => runs.iter().map(|run| run.square).collect(),
+            Some(taken) => {
+                let of = |(run, products): (&RunLoss, &DMatrix<f64>)| {
+                    run.square - 2.0 * run.along.dot(taken) + taken.dot(&(products * taken))
+                };
+                runs.iter().zip(&self.discrepancy.products).map(of).collect()
+            }
+        };
         let offset = self.offset(state);
         let penalty = offset.dot(&(&self.precision * &offset));
-        let total = runs.iter().sum::<f64>() + penalty;
-        (if total.is_finite() { total } else { f64::INFINITY }, runs)
+        let total = losses.iter().sum::<f64>() + penalty;
+        (if total.is_finite() { total } else { f64::INFINITY }, losses)
     }
 
-    /// The whitened, weighted residual of a state without discrepancy.
-    fn residual(&self, state: &State) -> Vec<DVector<f64>> {
-        let residual = self.predictor.residual(state);
-        let mut white: Vec<DVector<f64>> = residual
-            .iter()
-            .enumerate()
-            .map(|(place, residual)| {
-                DVector::from_vec(self.noise.whiten(self.predictor.runs, place, residual))
-            })
-            .collect();
+    /// What one run adds to the sum of squares.
+    pub(super) fn run_loss(&self, state: &State, run: usize) -> RunLoss {
+        if let Some(Some(known)) = self.still.get(run) {
+            return known.clone();
+        }
+        let white = self.white(run, &self.predictor.predict(run, state));
+        let along =
+            self.discrepancy.runs.get(run).map_or(DVector::zeros(0), |signals| signals.tr_mul(&white));
+        RunLoss { square: white.norm_squared(), white, along }
+    }
+
+    /// Products of all runs with the discrepancy.
+    pub(super) fn along(&self, runs: &[RunLoss]) -> DVector<f64> {
+        let mut along = DVector::zeros(self.discrepancy.len());
+        runs.iter().for_each(|run| along += &run.along);
+        along
+    }
+
+    /// The whitened, weighted residual of one run from what is predicted.
+    pub(super) fn white(&self, run: usize, predicted: &[f64]) -> DVector<f64> {
+        let runs = self.predictor.runs;
+        let rows = runs.runs[run].rows.iter().zip(predicted);
+        let residual: Vec<f64> = rows.map(|(row, predicted)| row.power - predicted).collect();
+        DVector::from_vec(self.noise.whiten(runs, run, &residual))
+    }
+
+    /// The whitened residual of a state without discrepancy and weights.
+    pub fn plain(&self, state: &State) -> Signal {
+        let runs = 0..self.predictor.runs.runs.len();
+        let mut white: Vec<DVector<f64>> =
+            runs.map(|run| self.white(run, &self.predictor.predict(run, state))).collect();
         if let Some(factor) = &self.factor {
-            let mut right = DVector::zeros(self.discrepancy.len());
-            for (signals, white) in self.discrepancy.runs.iter().zip(&white) {
-                right += signals.tr_mul(white);
-            }
-            let right = factor.solve(&right);
-            for (signals, white) in self.discrepancy.runs.iter().zip(&mut white) {
-                white.gemv(-1.0, signals, &right, 1.0);
+            let signals = || self.discrepancy.runs.iter();
+            let along: DVector<f64> =
+                signals().zip(&white).map(|(signals, white)| signals.tr_mul(white)).sum();
+            let taken = factor.solve(&along);
+            for (signals, white) in signals().zip(&mut white) {
+                white.gemv(-1.0, signals, &taken, 1.0);
             }
         }
-        white
+        self.noise.unweighted(white.iter().map(DVector::as_slice))
     }
 
     /// Covariance of base and effects. For each coefficient the greater variance counts: that of
@@ -165,5 +182,40 @@ impl Problem<'_> {
         let (jackknife, formal) = (self.covariance(fitted).diagonal(), fitted.covariance.diagonal());
         let pairs = jackknife.iter().rev().zip(formal.iter().rev()).take(count);
         pairs.map(|(jackknife, formal)| jackknife / formal.max(1e-300)).fold(1.0, f64::max)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use model_core::torque::{Drive, TorqueModel};
+
+    use super::super::example::{bare, runs};
+    use super::super::open::factor;
+    use super::super::panel::Fixed;
+    use crate::predictor::{Predictor, State};
+
+    /// The loss by sums of products is the square of what the regression on a discrepancy leaves.
+    #[test]
+    fn a_loss_is_the_square_of_what_the_discrepancy_leaves() {
+        let runs = runs([0.4, 0.9]);
+        let torque = TorqueModel::from_array([0.05, 0.01, 0.004, 0.002, 1.3, 2.0, 0.0]);
+        let mut problem = bare(Predictor::new(&runs, Drive::Regenerative), torque, 0);
+        let lengths: Vec<usize> = runs.runs.iter().map(|run| run.rows.len()).collect();
+        let signal = |of: fn(f64) -> f64| {
+            let run = |&rows: &usize| (0..rows).map(|row| of(row as f64 / rows as f64)).collect();
+            lengths.iter().map(run).collect()
+        };
+        problem.discrepancy = Fixed::new(&[signal(|_| 0.05), signal(|t| 0.1 * t * t)], &lengths);
+        problem.factor = factor(&problem.discrepancy);
+        let state = State { torque, effects: Vec::new() };
+        let left = problem.plain(&state);
+        let (total, of_runs) = problem.losses(&state);
+        for (loss, left) in of_runs.iter().zip(&left) {
+            let square: f64 = left.iter().map(|x| x * x).sum();
+            assert!((loss / square - 1.0).abs() < 1e-9, "{loss} {square}");
+        }
+        assert!((total - of_runs.iter().sum::<f64>()).abs() < 1e-9 * total);
+        let bare = bare(problem.predictor, torque, 0).losses(&state).0;
+        assert!(total < 0.99 * bare, "{total} {bare}");
     }
 }

@@ -18,6 +18,7 @@ use model_core::torque::TorqueModel;
 use nalgebra::{DMatrix, DVector};
 use numerics::least_squares::{Factored, NormalEquations, Prior};
 
+use self::fit::RunLoss;
 use self::linear::Linear;
 use self::panel::{Fixed, Panel};
 use super::noise::Noise;
@@ -43,6 +44,9 @@ pub struct Problem<'a> {
     pub discrepancy: Fixed,
     /// Its equations over all runs.
     pub factor: Option<Factored>,
+    /// What each clean run adds to the sum of squares where no state changes that: effects are the
+    /// field's, and the base stays.
+    pub(crate) still: Vec<Option<RunLoss>>,
     /// Smooth functions in the runs in question, whitened; 0 in clean runs.
     pub smooth: Vec<Signal>,
     /// Variance that clean runs show of each other, relative to noise alone; at least 1.
@@ -90,7 +94,7 @@ impl Problem<'_> {
         let mut regressors: Vec<Regressor> =
             state.effects.iter().map(|(regressor, _)| regressor.clone()).collect();
         regressors.extend_from_slice(further);
-        Panel::new(&self.predictor, state, &self.noise, self.base, &self.discrepancy, &regressors, signals)
+        Panel::new(self, state, &regressors, signals)
     }
 
     /// The prior of a state, from the base's own fit.

@@ -24,25 +24,46 @@ pub fn open_problem<'a>(
     list: &[Candidate],
     options: &Options,
 ) -> Problem<'a> {
-    let smooth = smooth::functions(predictor.runs);
     let start = State { torque: base.torque, effects: known.to_vec() };
-    let regressors: Vec<_> = list.iter().flat_map(|candidate| candidate.regressors.iter().cloned()).collect();
-    let has_clean = predictor.runs.runs.iter().any(|run| run.clean);
-    let field: Vec<Signal> = smooth.iter().map(|signal| only_field(predictor.runs, signal)).collect();
-    let shared =
-        if has_clean { shared(&predictor, &start, parameters, &regressors, &smooth) } else { Vec::new() };
-    let signals: Vec<Signal> = shared.iter().chain(&field).cloned().collect();
+    let slopes = slopes(&predictor, &start, parameters, list);
+    open_with(predictor, slopes, base, parameters, list, options)
+}
+
+/// As [`open_problem`], of slopes that are there already.
+pub(crate) fn open_with<'a>(
+    predictor: Predictor<'a>,
+    slopes: Vec<Slopes>,
+    base: &Base,
+    parameters: usize,
+    list: &[Candidate],
+    options: &Options,
+) -> Problem<'a> {
+    let runs = predictor.runs;
+    let smooth = smooth::functions(runs);
+    let has_clean = runs.runs.iter().any(|run| run.clean);
+    let field: Vec<Signal> = smooth.iter().map(|signal| only(runs, false, signal)).collect();
+    let shared = if has_clean { shared(runs, &slopes, list, &smooth) } else { Shared::default() };
     let memory = match &options.whitener {
         Some(whitener) => Memory::Known(whitener),
         None if base.of_simulator => Memory::OfAll,
         None => Memory::OfClean,
     };
-    let noise = Noise::estimate(&predictor, &start, parameters, &regressors, &signals, memory);
+    // Field runs have a column of their own for all that is shared: clean runs' part is enough.
+    let besides = shared.smooth.iter().chain(&shared.effects).map(|signal| only(runs, true, signal));
+    let besides: Vec<Signal> = besides.chain(field.iter().cloned()).collect();
+    let columns = slopes.into_iter().enumerate().map(|(place, Slopes { base, effects, residual })| {
+        let none = runs.runs[place].clean;
+        let effects = effects.into_iter().map(|slope| if none { vec![0.0; slope.len()] } else { slope });
+        let besides = besides.iter().map(|signal| signal[place].clone());
+        base.into_iter().chain(effects).chain(besides).chain([residual]).collect()
+    });
+    let noise = Noise::estimate(runs, &columns.collect::<Vec<_>>(), memory);
+    let shared = [shared.smooth, shared.base, shared.effects].concat();
     let whiten = |signals: &[Signal]| -> Vec<Signal> {
-        let run = |(place, values): (usize, &Vec<f64>)| noise.whiten(predictor.runs, place, values);
+        let run = |(place, values): (usize, &Vec<f64>)| noise.whiten(runs, place, values);
         signals.iter().map(|signal| signal.iter().enumerate().map(run).collect()).collect()
     };
-    let lengths: Vec<usize> = predictor.runs.runs.iter().map(|run| run.rows.len()).collect();
+    let lengths: Vec<usize> = runs.runs.iter().map(|run| run.rows.len()).collect();
     let discrepancy = Fixed::new(&unit(whiten(&shared)), &lengths);
     let factor = factor(&discrepancy);
     let smooth = whiten(&field);
@@ -50,7 +71,7 @@ pub fn open_problem<'a>(
     // stays where it was.
     let parameters = if has_clean { 0 } else { parameters };
     let precision = precision(base, parameters, options.slack);
-    Problem {
+    let mut problem = Problem {
         predictor,
         centre: base.torque,
         base: parameters,
@@ -58,57 +79,86 @@ pub fn open_problem<'a>(
         noise,
         discrepancy,
         factor,
+        still: Vec::new(),
         smooth,
         misfit: options.misfit,
         search_factor: options.search_factor,
-    }
+    };
+    let start = problem.start();
+    let of_clean = |run: usize| runs.runs[run].clean.then(|| problem.run_loss(&start, run));
+    problem.still = (0..runs.runs.len()).map(of_clean).collect();
+    problem
 }
 
-/// A signal in the runs in question only.
-fn only_field(runs: &Runs, signal: &Signal) -> Signal {
+/// A signal in clean runs only, or in the others.
+fn only(runs: &Runs, clean: bool, signal: &Signal) -> Signal {
     let runs = runs.runs.iter().zip(signal);
-    runs.map(|(run, values)| if run.clean { vec![0.0; values.len()] } else { values.clone() }).collect()
+    runs.map(|(run, values)| if run.clean == clean { values.clone() } else { vec![0.0; values.len()] })
+        .collect()
 }
 
-/// What the base may get wrong on any run: along the smooth functions, and along the effects as
-/// they would show in it.
-fn shared(
+/// What a run would show if it came from the field, clean or not.
+#[derive(Clone)]
+pub(crate) struct Slopes {
+    /// ∂P/∂ the base's parameters.
+    base: Vec<Vec<f64>>,
+    /// ∂P/∂ the effects' coefficients.
+    effects: Vec<Vec<f64>>,
+    residual: Vec<f64>,
+}
+
+/// Of each run, about a state.
+pub(crate) fn slopes(
     predictor: &Predictor<'_>,
     start: &State,
     parameters: usize,
-    regressors: &[Regressor],
-    smooth: &[Signal],
-) -> Vec<Signal> {
-    let (of_motion, further) = smooth.split_at(smooth::count_of_motion(predictor.runs, smooth));
-    let mut shared = [of_motion.to_vec(), smooth::shown_by_clean(predictor.runs, further.to_vec())].concat();
-    let all = predictor.runs;
-    let mut field = all.clone();
-    for run in &mut field.runs {
-        run.clean = false;
-    }
-    let predictor = Predictor { runs: &field, ..*predictor };
-    let usable =
-        |regressor: &&Regressor| !matches!(regressor, Regressor::Column(_) | Regressor::Temperature(..));
-    let runs: Vec<Vec<f64>> = (0..field.runs.len()).map(|place| predictor.predict(place, start)).collect();
-    let slopes: Vec<Vec<Vec<f64>>> = runs
-        .iter()
-        .enumerate()
-        .map(|(place, at)| predictor.base_slopes(place, start, at, parameters))
-        .collect();
-    for parameter in 0..parameters {
-        shared.push(slopes.iter().map(|slopes| slopes[parameter].clone()).collect());
-    }
-    for regressor in regressors.iter().filter(usable) {
-        let signal =
-            runs.iter().enumerate().map(|(place, at)| predictor.effect_slope(place, start, regressor, at));
-        let signal: Signal = signal.collect();
+    list: &[Candidate],
+) -> Vec<Slopes> {
+    let regressors: Vec<Regressor> = regressors(list).cloned().collect();
+    let mut field = predictor.runs.clone();
+    field.runs.iter_mut().for_each(|run| run.clean = false);
+    let as_field = Predictor { runs: &field, ..*predictor };
+    let of = |place: usize| {
+        let mut base = as_field.columns(place, start, parameters, &regressors);
+        let residual = base.pop().unwrap_or_default();
+        let effects = base.split_off(parameters);
+        Slopes { base, effects, residual }
+    };
+    (0..field.runs.len()).map(of).collect()
+}
+
+fn regressors(list: &[Candidate]) -> impl Iterator<Item = &Regressor> {
+    list.iter().flat_map(|candidate| &candidate.regressors)
+}
+
+/// What the base may get wrong on any run.
+#[derive(Default)]
+struct Shared {
+    /// Along smooth functions.
+    smooth: Vec<Signal>,
+    /// Along its own parameters.
+    base: Vec<Signal>,
+    /// Along effects, as they would show in it.
+    effects: Vec<Signal>,
+}
+
+fn shared(runs: &Runs, slopes: &[Slopes], list: &[Candidate], smooth: &[Signal]) -> Shared {
+    let (of_motion, further) = smooth.split_at(smooth::count_of_motion(runs, smooth));
+    let smooth = [of_motion.to_vec(), smooth::shown_by_clean(runs, further.to_vec())].concat();
+    let parameters = slopes.first().map_or(0, |run| run.base.len());
+    let base =
+        (0..parameters).map(|parameter| slopes.iter().map(|run| run.base[parameter].clone()).collect());
+    let mut effects = Vec::new();
+    for (place, regressor) in regressors(list).enumerate() {
+        let signal = slopes.iter().map(|run| run.effects[place].clone()).collect();
         match regressor {
+            Regressor::Column(_) | Regressor::Temperature(..) => {}
             // By a further column, too.
-            Regressor::Term(Term::GradeByPitch) => shared.extend(smooth::shown_by_clean(all, vec![signal])),
-            _ => shared.push(signal),
+            Regressor::Term(Term::GradeByPitch) => effects.extend(smooth::shown_by_clean(runs, vec![signal])),
+            _ => effects.push(signal),
         }
     }
-    shared
+    Shared { smooth, base: base.collect(), effects }
 }
 
 /// Signals scaled to unit length.
@@ -123,7 +173,7 @@ fn unit(signals: Vec<Signal>) -> Vec<Signal> {
     signals.into_iter().map(scaled).collect()
 }
 
-fn factor(discrepancy: &Fixed) -> Option<Factored> {
+pub(super) fn factor(discrepancy: &Fixed) -> Option<Factored> {
     if discrepancy.is_empty() {
         return None;
     }

@@ -4,9 +4,9 @@
 use model::effects::Regressor;
 use nalgebra::{DMatrix, DVector, DVectorView};
 
-use crate::noise::Noise;
+use super::Problem;
 use crate::noise::whiten::Signal;
-use crate::predictor::{Predictor, State};
+use crate::predictor::State;
 
 /// Signals that are the same at every state, whitened, with their sums of products: the base's
 /// errors on clean runs.
@@ -78,32 +78,39 @@ pub struct Panel<'a> {
 
 impl<'a> Panel<'a> {
     /// About `state`: base, regressors, and signals that are whitened already.
-    pub fn new(
-        predictor: &Predictor<'_>,
+    pub(super) fn new(
+        problem: &'a Problem<'_>,
         state: &State,
-        noise: &Noise,
-        base: usize,
-        fixed: &'a Fixed,
         regressors: &[Regressor],
         signals: &[Signal],
     ) -> Self {
+        let Problem { predictor, noise, base, discrepancy: fixed, still, .. } = problem;
         let moving = (0..predictor.runs.runs.len()).map(|place| {
-            let mut columns = predictor.columns(place, state, base, regressors);
-            for column in &mut columns {
-                *column = noise.whiten(predictor.runs, place, column);
-            }
-            let residual = columns.pop().unwrap_or_default();
+            let (columns, residual) = match still.get(place) {
+                Some(Some(still)) => {
+                    (vec![vec![0.0; still.white.len()]; regressors.len()], still.white.as_slice().to_vec())
+                }
+                _ => {
+                    let mut columns = predictor.columns(place, state, *base, regressors);
+                    for column in &mut columns {
+                        *column = noise.whiten(predictor.runs, place, column);
+                    }
+                    let residual = columns.pop().unwrap_or_default();
+                    (columns, residual)
+                }
+            };
             let all = columns.iter().chain(signals.iter().map(|signal| &signal[place])).chain([&residual]);
-            DMatrix::from_iterator(residual.len(), columns.len() + signals.len() + 1, all.flatten().copied())
+            let all: Vec<&[f64]> = all.map(Vec::as_slice).collect();
+            DMatrix::from_vec(residual.len(), all.len(), all.concat())
         });
-        Self { fixed, moving: moving.collect(), base }
+        Self { fixed, moving: moving.collect(), base: *base }
     }
 
     /// Sums of products.
     pub fn products(&self) -> Products {
         let (base, fixed) = (self.base, self.fixed.len());
         let runs = self.moving.iter().enumerate().map(|(place, moving)| {
-            let products = moving.transpose() * moving;
+            let products = transposed_times(moving, moving);
             let size = moving.ncols() + fixed;
             let at = |column: usize| if column < base { column } else { column + fixed };
             let mut all = DMatrix::zeros(size, size);
@@ -113,12 +120,12 @@ impl<'a> Panel<'a> {
                 }
             }
             if fixed > 0 {
-                let cross = self.fixed.runs[place].transpose() * moving;
+                let cross = transposed_times(moving, &self.fixed.runs[place]);
                 all.view_mut((base, base), (fixed, fixed)).copy_from(&self.fixed.products[place]);
                 for i in 0..fixed {
                     for j in 0..moving.ncols() {
-                        all[(base + i, at(j))] = cross[(i, j)];
-                        all[(at(j), base + i)] = cross[(i, j)];
+                        all[(base + i, at(j))] = cross[(j, i)];
+                        all[(at(j), base + i)] = cross[(j, i)];
                     }
                 }
             }
@@ -161,4 +168,10 @@ impl<'a> Panel<'a> {
             })
             .collect()
     }
+}
+
+/// aᵀ b: of few columns by their products one by one, for which nalgebra's general product is slow.
+fn transposed_times(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
+    const FEW: usize = 8;
+    if a.ncols() <= FEW { a.tr_mul(b) } else { a.transpose() * b }
 }

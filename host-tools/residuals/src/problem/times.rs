@@ -1,10 +1,9 @@
 //! Times of an effect's steps, run by run.
 
 use model::effects::{Regressor, Switched};
-use nalgebra::DVector;
 
 use super::Problem;
-use super::fit::Fitted;
+use super::fit::{Fitted, RunLoss};
 use crate::predictor::State;
 use crate::thresholds::detect::{MOST_TIMES, RUN_ENDS, TIME_GRID_S, TIME_PENALTY};
 use crate::thresholds::name::{CHANCE, TIME_ROUNDS, TIME_STEPS_S};
@@ -54,25 +53,11 @@ impl Problem<'_> {
         }
     }
 
-    /// What one run adds to the sum of squares.
-    fn run_loss(&self, state: &State, run: usize) -> RunLoss {
-        let predicted = self.predictor.predict(run, state);
-        let rows = &self.predictor.runs.runs[run].rows;
-        let residual: Vec<f64> = rows.iter().zip(predicted).map(|(row, p)| row.power - p).collect();
-        let white = DVector::from_vec(self.noise.whiten(self.predictor.runs, run, &residual));
-        let along =
-            self.discrepancy.runs.get(run).map_or(DVector::zeros(0), |signals| signals.tr_mul(&white));
-        RunLoss { square: white.norm_squared(), along }
-    }
-
     /// Sum of squares of all runs, the discrepancy taken out; without the prior's penalty.
     fn joint_loss(&self, runs: &[RunLoss]) -> f64 {
         let square: f64 = runs.iter().map(|run| run.square).sum();
         let Some(factor) = &self.factor else { return square };
-        let mut along = DVector::zeros(self.discrepancy.len());
-        for run in runs {
-            along += &run.along;
-        }
+        let along = self.along(runs);
         square - along.dot(&factor.solve(&along))
     }
 }
@@ -111,12 +96,6 @@ impl<'p> Search<'p> {
         }
         better
     }
-}
-
-/// A run's sum of squares, and its products with the discrepancy.
-struct RunLoss {
-    square: f64,
-    along: DVector<f64>,
 }
 
 /// The state with other times of its last effect's steps.
