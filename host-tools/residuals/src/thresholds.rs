@@ -37,12 +37,6 @@ pub mod noise {
     /// The whitener of the first residual shows a better one; weights and regression settle in as
     /// many passes. Chosen for time; run unknown.
     pub const PASSES: usize = 2;
-    /// The rows that coloured noise is worth, as a share of the rows: least. Guard against a pole
-    /// at 1.
-    pub const LEAST_WORTH: f64 = 0.05;
-    /// The noise that the fit absorbs raises the floor by this factor at most. Guard; run unknown.
-    pub const MOST_TAKEN: f64 = 1.2;
-
     /// Clean runs that scatter so many times less than the field have another noise: a simulator's,
     /// or none. Chosen: an effect that no column explains (bursts, a rattle) triples no run's
     /// scatter in the own bench.
@@ -207,10 +201,6 @@ pub mod detect {
 pub mod name {
     /// Effects that are added, at most. Chosen: what a dozen runs can distinguish.
     pub const MOST_EFFECTS: usize = 3;
-    /// Candidates that are fitted with their non-linearity. Chosen for time …
-    pub const REFINED: usize = 40;
-    /// … and all whose linear gain is more than this share of the best one's.
-    pub const REFINED_SHARE: f64 = 0.6;
     /// Least gain of each of several effects, the others being known, as a share of what all gain:
     /// less may mop up after a wrong name, unless no structure is left beyond the noise. Tuned on
     /// the own bench's pairs, run unknown.

@@ -10,7 +10,7 @@ use self::hypothesis::{
 use super::detect::Structure;
 use super::predictor::State;
 use super::problem::Problem;
-use super::thresholds::name::{REFINED, REFINED_SHARE, WAYS};
+use super::thresholds::name::WAYS;
 use super::thresholds::problem::MOST_FIT_STEPS;
 use super::types::{Options, Round, Scored, Status};
 use rayon::prelude::*;
@@ -47,11 +47,7 @@ pub fn name(
         record.outcome = "the base cannot be solved for".to_owned();
         return Naming { choice: None, record };
     };
-    let most = structure.order.first().map_or(0.0, |(_, gain)| *gain);
-    let close = |(rank, (_, gain)): &(usize, &(usize, f64))| {
-        *gain > 0.0 && (*rank < REFINED || *gain > REFINED_SHARE * most)
-    };
-    let chosen = structure.order.iter().enumerate().filter(close).map(|(_, (place, _))| &list[*place]);
+    let chosen = structure.order.iter().filter(|(_, gain)| *gain > 0.0).map(|(place, _)| &list[*place]);
     let further = structure.further.iter().filter(|candidate| !options.removed.contains(&candidate.id));
     let all: Vec<&Candidate> = chosen.chain(further).collect();
     let mut hypotheses: Vec<Hypothesis> = all

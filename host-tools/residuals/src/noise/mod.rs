@@ -10,7 +10,7 @@ use numerics::robust::scale_of_sizes;
 use self::regression::{Columns, Regression};
 use self::spread::Spread;
 use self::whiten::{Signal, Whitener};
-use super::thresholds::noise::{BLOCKS_S, HUBER, LEAST_QUIET, LEAST_WORTH, MOST_TAKEN, PASSES, QUIETER};
+use super::thresholds::noise::{BLOCKS_S, HUBER, LEAST_QUIET, PASSES, QUIETER};
 
 /// Which runs the autoregression of the noise is estimated from.
 #[derive(Debug, Clone, Copy)]
@@ -37,7 +37,7 @@ pub struct Noise {
     pub residual: Signal,
     /// The same before whitening, W.
     pub residual_w: Signal,
-    /// Mean square of `residual_w`, corrected for the noise that the fit absorbed, W².
+    /// Mean square of `residual_w` with the noise that the fit absorbed, W².
     pub floor_w2: f64,
 }
 
@@ -94,13 +94,18 @@ impl Noise {
                 last = Some(regression);
             }
         }
-        let fitted = last.map_or(0.0, |last| last.directions());
-        let rows = residual_w.iter().map(Vec::len).sum::<usize>() as f64;
-        // Coloured noise counts as fewer rows: the fit absorbs more of it.
-        let worth =
-            rows * (1.0 - noise.whitener.coefficients.iter().sum::<f64>()).powi(2).clamp(LEAST_WORTH, 1.0);
-        noise.floor_w2 = residual_w.iter().flatten().map(|x| x * x).sum::<f64>() / rows
-            * (1.0 + 0.5 * fitted / worth).min(MOST_TAKEN);
+        // Of the rows that took part: the others' past is not known.
+        let takes_part = |(x, weight): (&f64, &f64)| if *weight > 0.0 { *x } else { 0.0 };
+        let raw: Vec<Columns> = raw
+            .iter()
+            .zip(&noise.weights)
+            .map(|(columns, weights)| columns.map(|x| x.iter().zip(weights).map(takes_part).collect()))
+            .collect();
+        let left = residual_w.iter().zip(&noise.weights).flat_map(|(x, weights)| x.iter().zip(weights));
+        let left: f64 = left.map(takes_part).map(|x| x * x).sum();
+        let rows = noise.weights.iter().flatten().filter(|weight| **weight > 0.0).count();
+        let absorbed = last.map_or(0.0, |last| last.absorbed(&raw));
+        noise.floor_w2 = (left + absorbed) / rows.max(1) as f64;
         noise.residual_w = residual_w;
         noise
     }
@@ -223,4 +228,46 @@ fn block_scores(period_s: f64, x: &[f64], e: &[f64], along: f64) -> ([f64; BLOCK
         x.chunks(rows).zip(e.chunks(rows)).map(|(x, e)| score(x, e).powi(2)).sum()
     });
     (squares, score(x, e))
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    use super::*;
+    use crate::problem::example;
+    use crate::smooth;
+
+    /// Noise of 0.07 W, alone or with a memory of one row: the floor is its mean square, though
+    /// some forty functions absorbed up to an eighth of it.
+    #[test]
+    fn a_floor_is_the_mean_square_of_the_noise() {
+        const SETS: u64 = 20;
+        let runs = example::runs_of([0.4, 0.9], 3000);
+        let functions = smooth::functions(&runs);
+        for (memory, most_left) in [(0.0, 0.98), (0.6, 0.96), (0.9_f64, 0.9)] {
+            let (mut floor, mut left) = (0.0, 0.0);
+            for seed in 0..SETS {
+                let mut rng = ChaCha8Rng::seed_from_u64(seed);
+                let columns = runs.runs.iter().enumerate().map(|(place, run)| {
+                    let mut last: f64 = StandardNormal.sample(&mut rng);
+                    let noise = run.rows.iter().map(|_| {
+                        let fresh: f64 = StandardNormal.sample(&mut rng);
+                        last = memory * last + (1.0 - memory * memory).sqrt() * fresh;
+                        example::STD_W * last
+                    });
+                    let noise = noise.collect();
+                    functions.iter().map(|function| function[place].clone()).chain([noise]).collect()
+                });
+                let noise = Noise::estimate(&runs, &columns.collect::<Vec<_>>(), Memory::OfAll);
+                let squares: Vec<f64> = noise.residual_w.iter().flatten().map(|x| x * x).collect();
+                floor += noise.floor_w2 / SETS as f64;
+                left += squares.iter().sum::<f64>() / (squares.len() as f64 * SETS as f64);
+            }
+            let [floor, left] = [floor, left].map(|square| square / example::STD_W.powi(2));
+            assert!((floor - 1.0).abs() < 0.04 && left < most_left, "{memory}: {floor} {left}");
+        }
+    }
 }

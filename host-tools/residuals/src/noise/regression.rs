@@ -49,36 +49,42 @@ pub(super) struct Regression {
     pub(super) left: Signal,
     /// A coefficient a column.
     pub(super) values: DVector<f64>,
-    equations: Option<(Factored, DMatrix<f64>)>,
+    equations: Option<Factored>,
 }
 
 impl Regression {
     /// Without directions that the rows do not determine.
     pub(super) fn of(runs: &[Columns]) -> Self {
-        let columns = runs.first().map_or(0, |run| run.all);
-        let mut gram = DMatrix::<f64>::zeros(columns + 1, columns + 1);
-        for run in runs {
-            let products = run.values.transpose() * &run.values;
-            let place = |k: usize| run.places.get(k).copied().unwrap_or(columns);
-            for i in 0..products.nrows() {
-                for j in 0..products.ncols() {
-                    gram[(place(i), place(j))] += products[(i, j)];
-                }
-            }
-        }
-        let places: Vec<usize> = (0..columns).collect();
-        let equations = NormalEquations::from_products(&gram, &places);
-        let data = equations.matrix().clone();
         // A ridge far below any noise: collinear columns share what they explain.
-        let equations = equations.factor(RIDGE).ok().map(|factored| (factored, data));
-        let values = equations.as_ref().map_or(DVector::zeros(columns), |(factored, _)| factored.solution());
+        let equations = equations(runs).factor(RIDGE).ok();
+        let columns = runs.first().map_or(0, |run| run.all);
+        let values = equations.as_ref().map_or(DVector::zeros(columns), Factored::solution);
         Self { left: runs.iter().map(|run| run.left_by(&values)).collect(), values, equations }
     }
 
-    /// Number of directions that were fitted.
-    pub(super) fn directions(&self) -> f64 {
-        self.equations.as_ref().map_or(0.0, |(factored, data)| factored.determined(data))
+    /// By how much the errors of the coefficients lower the sum of squares of what these columns
+    /// leave of their noise: tr(H⁻¹ XᵀX). H is that of this regression, whose rows have white noise
+    /// of a standard deviation of 1; X are the columns before they were whitened.
+    pub(super) fn absorbed(&self, unwhitened: &[Columns]) -> f64 {
+        let whole = equations(unwhitened);
+        self.equations.as_ref().map_or(0.0, |equations| equations.determined(whole.matrix()))
     }
+}
+
+fn equations(runs: &[Columns]) -> NormalEquations {
+    let columns = runs.first().map_or(0, |run| run.all);
+    let mut gram = DMatrix::<f64>::zeros(columns + 1, columns + 1);
+    for run in runs {
+        let products = run.values.transpose() * &run.values;
+        let place = |k: usize| run.places.get(k).copied().unwrap_or(columns);
+        for i in 0..products.nrows() {
+            for j in 0..products.ncols() {
+                gram[(place(i), place(j))] += products[(i, j)];
+            }
+        }
+    }
+    let places: Vec<usize> = (0..columns).collect();
+    NormalEquations::from_products(&gram, &places)
 }
 
 #[cfg(test)]
@@ -102,7 +108,7 @@ mod tests {
         let regression = Regression::of(&runs);
         assert!((regression.values[0] - 3.0).abs() < 1e-4, "{}", regression.values);
         assert!((regression.values[1] - 2.0).abs() < 1e-4, "{}", regression.values);
-        assert!((regression.directions() - 2.0).abs() < 1e-4, "{}", regression.directions());
+        assert!((regression.absorbed(&runs) - 2.0).abs() < 1e-4, "{}", regression.absorbed(&runs));
         let most = regression.left.iter().flatten().fold(0.0_f64, |most, x| most.max(x.abs()));
         assert!(most < 1e-4, "{most}");
     }

@@ -19,9 +19,14 @@ pub(crate) const STD_W: f64 = 0.07;
 
 /// Two runs of different masses at two paces, rad/s; no model has their power.
 pub(crate) fn runs(paces: [f64; 2]) -> Runs {
+    runs_of(paces, 500)
+}
+
+/// The same with so many rows each before the filter has settled.
+pub(crate) fn runs_of(paces: [f64; 2], rows: u32) -> Runs {
     let burger = Robot::named("burger").unwrap().chassis(2.0).unwrap();
     let raw = [(1.0, paces[0]), (4.0, paces[1])].map(|(mass, pace)| {
-        let rows = (0..500).map(|i| {
+        let rows = (0..rows).map(|i| {
             let time = 0.05 * f64::from(i);
             let speed = [5.0 * (pace * time).sin(), 4.0 * (0.7 * pace * time).cos()];
             let power = 0.5 + 0.2 * mass * (1.3 * time).sin() + 0.1 * (11.0 * time * time).sin();
