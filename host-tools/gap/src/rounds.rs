@@ -8,7 +8,7 @@ use residuals::name::{Choice, Naming, name};
 use residuals::predictor::State;
 use residuals::problem::Problem;
 use residuals::problem::fit::Fitted;
-use residuals::thresholds::detect::{NOTHING_LEFT, SHAPE, SHAPE_TOLERANCE};
+use residuals::thresholds::detect::{INEXACT, NOTHING_LEFT, STRUCTURE};
 use residuals::thresholds::name::{CHANCE, LEAST_FURTHER, MOST_ASKED};
 use residuals::thresholds::problem::MOST_FIT_STEPS;
 use residuals::types::{Options, Round, Status, Verdict};
@@ -143,8 +143,8 @@ impl Question<'_> {
         let shape = shape_test(self.problem, state).powi(2);
         Left {
             structure: structure(self.problem, state, self.list, named),
-            allowed: (self.options.threshold.powi(2) + self.options.tolerance * gained).sqrt(),
-            in_shape: shape <= self.problem.inflated(SHAPE).powi(2) + SHAPE_TOLERANCE * gained,
+            allowed: (self.options.threshold.powi(2) + INEXACT * gained).sqrt(),
+            in_shape: shape <= self.problem.inflated(STRUCTURE).powi(2) + INEXACT * gained,
         }
     }
 

@@ -69,10 +69,7 @@ pub mod problem {
     /// is far.
     pub const LEAST_SHARE: f64 = 1e-3;
     /// Added to the diagonal of the scaled normal matrix. Derived: rounding.
-    pub const RIDGE: f64 = 1e-10;
-    /// The same for the discrepancy, whose columns of base and effects nearly repeat each other.
-    /// Derived: rounding of some ninety columns.
-    pub const DISCREPANCY_RIDGE: f64 = 1e-9;
+    pub const RIDGE: f64 = 1e-9;
     /// Total masses that differ by less than this share are one: they do not show the effect of
     /// mass on power. Chosen: a scale's error and a battery's swap are below it, any payload worth
     /// an estimate above.
@@ -141,20 +138,19 @@ pub mod detect {
     /// seeds from 101,000); some sixty columns of normal scores ask for 3.5 only: what is above it
     /// stands for scores that are no normal variables.
     pub const STRUCTURE: f64 = 5.3;
+    /// Share of a gain in χ² that is no difference: no term of the model is exact. So much of an
+    /// effect's own gain may be left as structure, or in another shape, and rivals that are worse by
+    /// less tie. Tuned on the own bench, run unknown.
+    pub const INEXACT: f64 = 0.01;
+    /// Standard errors below which a difference is none: of two effects' fits (a tie), of the drives
+    /// that they predict, of a single run's step or mass from zero. Derived: 1 of 400 normal scores.
+    pub const NO_DIFFERENCE: f64 = 3.0;
     /// |z| that is noise whatever was searched for. Derived: the greatest of a hundred normal scores
     /// is below it in 95 of 100 sets. Asked for after 5.2 was left by a wrong pair of seed 901.
     pub const NOTHING_LEFT: f64 = 3.5;
     /// The same as [`STRUCTURE`] without clean runs, which show the model's errors without any
     /// effect. Tuned on the own bench without clean runs, run unknown.
     pub const STRUCTURE_ALONE: f64 = 20.0;
-    /// Share of an effect's own gain in χ² that may be left as structure: no term of the model is
-    /// exact. Tuned on the own bench, run unknown (a prototype needed 0.04).
-    pub const TOLERANCE: f64 = 0.015;
-    /// |z| of an effect's column times something else beyond which the effect has not the shape of
-    /// what is there. Tuned on the own bench's sets whose effect the dictionary lacks, run unknown.
-    pub const SHAPE: f64 = 5.5;
-    /// Share of the gain in χ² that comes on top of it. As above.
-    pub const SHAPE_TOLERANCE: f64 = 0.006;
 
     /// Mean squares that exceed those of clean runs by less than this factor are no disturbance:
     /// runs differ. Tuned on the own bench, run unknown.
@@ -166,13 +162,6 @@ pub mod detect {
     /// row is no disturbance. Chosen.
     pub const MOST_SIGMAS: f64 = 6.0;
 
-    /// Scores of single runs, or of a step's best time, below this are chance: some hundred times
-    /// and runs are looked at. Derived: the greatest of 1,000 normal scores is below 4.5 in 99 of
-    /// 100 sets; tuned on the own bench to 5.5, run unknown.
-    pub const IN_RUN: f64 = 5.5;
-    /// Masses of single runs with lower scores are taken for right. Tuned on the own bench, run
-    /// unknown.
-    pub const WRONG_MASS: f64 = 3.2;
     /// A mass below this share of the empty robot's is none. Chosen: an estimate's error, and a
     /// battery that was left out.
     pub const LIGHTEST: f64 = 0.9;
@@ -190,8 +179,6 @@ pub mod detect {
     pub const TIME_GRID_S: f64 = 1.0;
     /// Times of a run, at most. Chosen for time.
     pub const MOST_TIMES: f64 = 120.0;
-    /// Steps of single runs below this |z| are taken for none. Derived: 1 of 400 normal scores.
-    pub const LEAST_STEP: f64 = 3.0;
     /// A floor's step is implausible beyond so many times the base's rolling resistance. Chosen:
     /// sand against tiles is some twenty.
     pub const MOST_ROLLING: f64 = 20.0;
@@ -212,19 +199,11 @@ pub mod name {
     /// So many times each effect is asked for again at most, and so many times the effects that
     /// there may be are named: a fit may end elsewhere than before, and go in a circle. Chosen.
     pub const MOST_ASKED: usize = 2;
-    /// Losses closer than this are no difference. Derived: χ² of three standard errors.
-    pub const TIE: f64 = 9.0;
-    /// What comes on top, as a share of the winner's gain: no term of the model is exact. Tuned on
-    /// the own bench, run unknown.
-    pub const TIE_SHARE: f64 = 0.01;
     /// Fits of a tied effect that are worse by more than this in χ² are no aim of a manoeuvre.
     /// Derived: five standard errors.
     pub const WAYS: f64 = 25.0;
     /// What each further column of a candidate costs, in χ². Derived: Akaike's criterion.
     pub const COLUMN_PENALTY: f64 = 2.0;
-    /// Coefficients of single runs below this many standard errors are taken for none, when others
-    /// of the candidate are not. Tuned on the own bench, run unknown.
-    pub const IN_RUN_ERRORS: f64 = 2.5;
     /// Rows between delays at which a fit may begin. Derived: interpolation is at its worst half a
     /// row from any.
     pub const DELAY_GRID_ROWS: f64 = 0.5;
@@ -265,20 +244,13 @@ pub mod manoeuvre {
     /// Numbers of runs that are tried where a probability is asked for. Chosen: even, for light and
     /// heavy ones by turns; a day's work at most.
     pub const RUNS_TRIED: [usize; 8] = [4, 6, 8, 12, 16, 24, 32, 48];
-    /// Share of them that is not locked when the workflow splits. Derived from [`super::split`].
-    pub const OPEN: f64 = 2.0 / 3.0;
-    /// Rivals that would differ by less than this many standard errors are not worth a drive.
-    /// Derived: what a tie is short of.
-    pub const WORTH: f64 = 3.0;
     /// Share of the expected difference of rivals that counts: the model's errors where no run has
     /// been yet take the rest. Tuned on `gmr gap-bench --manoeuvre` (27 sets of size 0.5), run
     /// unknown.
     pub const TRUSTED: f64 = 0.5;
     /// Lengths that are tried, s: the first that leaves little enough open, or the last.
-    /// Chosen: minutes that people drive.
+    /// Chosen: minutes that people drive. Blocks are chosen at the first.
     pub const DURATIONS_S: [f64; 3] = [60.0, 120.0, 240.0];
-    /// Length at which blocks are chosen, s. Chosen for time.
-    pub const CHOICE_S: f64 = 60.0;
     /// Rests before the first motion that are tried, s. Chosen: next to none, and one that offsets
     /// show in.
     pub const LEADS_S: [f64; 2] = [2.0, 15.0];
@@ -307,9 +279,8 @@ pub mod power_only {
     /// Standard errors that a step has to exceed. Tuned on the TurtleBot3's four logs and simulated
     /// drives of tests/gap_power_only.rs.
     pub const STEP_ERRORS: f64 = 5.0;
-    /// Steps of runs are one and the same if they differ by no more than so many standard errors …
-    pub const SAME_ERRORS: f64 = 3.0;
-    /// … or by no more than this share. As above.
+    /// Steps of runs are one and the same if they differ by no more than this share, or by
+    /// [`NO_DIFFERENCE`](super::detect::NO_DIFFERENCE). As above.
     pub const SAME_SHARE: f64 = 0.25;
     /// Open runs that have to show a step. Derived: once is no pattern.
     pub const LEAST_RUNS: usize = 2;
@@ -325,8 +296,6 @@ pub mod power_only {
     pub const ROUGHER: f64 = 1.3;
     /// Length of the means whose scatter shows how far a rest wanders, s. Chosen.
     pub const WANDER_S: f64 = 2.0;
-    /// Cells over time. Layout.
-    pub const CELLS: usize = 6;
     /// Blocks of a run in a cell that say something about it. Layout.
     pub const LEAST_BLOCKS: usize = 6;
 }

@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 use serde::{Serialize, Serializer};
 
 use super::noise::whiten::Whitener;
-use super::thresholds::detect::{STRUCTURE, STRUCTURE_ALONE, TOLERANCE};
+use super::thresholds::detect::{STRUCTURE, STRUCTURE_ALONE};
 use super::thresholds::name::{COLUMN_PENALTY, MOST_EFFECTS};
 use super::thresholds::problem::SLACK;
 use super::user::UserCandidates;
@@ -35,8 +35,6 @@ pub struct Options {
     pub search_factor: f64,
     /// The same where no clean runs say what the model gets wrong without any effect.
     pub threshold_alone: f64,
-    /// Share of an effect's own gain in χ² that may be left as structure.
-    pub tolerance: f64,
     /// Most effects that are added.
     pub most_effects: usize,
     /// Ids that are not in the dictionary (for benchmarks).
@@ -58,7 +56,6 @@ impl Default for Options {
             threshold: STRUCTURE,
             search_factor: 1.0,
             threshold_alone: STRUCTURE_ALONE,
-            tolerance: TOLERANCE,
             most_effects: MOST_EFFECTS,
             removed: Vec::new(),
             whitener: None,

@@ -2,7 +2,8 @@
 
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use residuals::thresholds::manoeuvre::{TRUSTED, WORTH};
+use residuals::thresholds::detect::NO_DIFFERENCE;
+use residuals::thresholds::manoeuvre::TRUSTED;
 
 /// The probability of distinguishing rivals that are expected to differ by `z` standard errors.
 ///
@@ -13,7 +14,7 @@ pub fn probability(z: f64) -> f64 {
     if z <= 0.0 || z.is_nan() {
         return 0.0;
     }
-    Normal::standard().cdf((z * z - WORTH * WORTH) / (2.0 * z))
+    Normal::standard().cdf((z * z - NO_DIFFERENCE.powi(2)) / (2.0 * z))
 }
 
 #[cfg(test)]
@@ -22,8 +23,8 @@ mod tests {
 
     #[test]
     fn what_is_expected_at_the_tie_s_edge_is_parted_every_other_time() {
-        assert!((probability(WORTH / TRUSTED) - 0.5).abs() < 1e-12);
-        assert!(probability(2.0 * WORTH / TRUSTED) > 0.98);
+        assert!((probability(NO_DIFFERENCE / TRUSTED) - 0.5).abs() < 1e-12);
+        assert!(probability(2.0 * NO_DIFFERENCE / TRUSTED) > 0.98);
         assert_eq!(probability(0.0), 0.0);
         // 9.0816 by hand: z' = q + √(q² + 9) with q = 1.2816 is 4.544, and twice that for the
         // model.

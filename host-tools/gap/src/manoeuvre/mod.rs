@@ -25,9 +25,9 @@ use self::limits::Limits;
 use self::room::Room;
 use self::separate::{Ground, Products};
 use crate::report::{Report, Rival};
-use residuals::thresholds::manoeuvre::{
-    CHOICE_S, DURATIONS_S, LEADS_S, MOST_BLOCKS, OPEN, RUNS, RUNS_TRIED, TRUSTED, WORTH,
-};
+use residuals::thresholds::detect::NO_DIFFERENCE;
+use residuals::thresholds::manoeuvre::{DURATIONS_S, LEADS_S, MOST_BLOCKS, RUNS, RUNS_TRIED, TRUSTED};
+use residuals::thresholds::split::ONE_LOCKED_OF;
 use residuals::types::Verdict;
 
 /// Two hypotheses, and by how many standard errors they would differ.
@@ -135,13 +135,13 @@ pub fn suggest(
     }
     let mut record: Vec<String> =
         unseen.iter().map(|(_, hypothesis)| advice::to_record(&hypothesis.candidate.id)).collect();
-    for pair in pairs.iter().filter(|pair| TRUSTED * pair.z < WORTH) {
+    for pair in pairs.iter().filter(|pair| TRUSTED * pair.z < NO_DIFFERENCE) {
         record.extend(pair.ids.iter().map(|id| advice::to_record(id)));
     }
     record.sort();
     record.dedup();
     let probability = if pairs.is_empty() { 0.0 } else { effort::probability(worst(&pairs)) };
-    let best = best.filter(|_| pairs.iter().any(|pair| pair.z >= WORTH));
+    let best = best.filter(|_| pairs.iter().any(|pair| pair.z >= NO_DIFFERENCE));
     if best.is_none() {
         (count, reference_runs) = (0, 0);
     }
@@ -196,7 +196,8 @@ impl Search<'_> {
         reference: usize,
         runs: usize,
     ) -> Result<Vec<Pair>> {
-        let weight = OPEN * runs as f64 / masses.len() as f64;
+        let open = 1.0 - 1.0 / ONE_LOCKED_OF as f64;
+        let weight = open * runs as f64 / masses.len() as f64;
         let planned = self.ground.of(&self.planned(recipe, masses)?);
         let mut pairs: Vec<Pair> = Vec::new();
         let clean = reference as f64 / masses.len() as f64;
@@ -228,7 +229,7 @@ impl Search<'_> {
     /// Chooses blocks one by one, each the best with those before, as long as too much is open;
     /// then rest and length.
     fn best(&self, reference: usize) -> Result<Recipe> {
-        let known = self.known(CHOICE_S)?;
+        let known = self.known(DURATIONS_S[0])?;
         let mut best: Option<(f64, Recipe)> = None;
         while best.as_ref().is_none_or(|(open, recipe)| *open > ENOUGH && recipe.blocks.len() < MOST_BLOCKS) {
             let mut further: Option<(f64, Recipe)> = None;
@@ -239,8 +240,11 @@ impl Search<'_> {
                         continue;
                     }
                     let before = best.iter().flat_map(|(_, best)| best.blocks.iter().copied());
-                    let recipe =
-                        Recipe { lead_s, duration_s: CHOICE_S, blocks: before.chain([block]).collect() };
+                    let recipe = Recipe {
+                        lead_s,
+                        duration_s: DURATIONS_S[0],
+                        blocks: before.chain([block]).collect(),
+                    };
                     let open = self.open(&self.separations(&known, &recipe, &self.loads, reference, RUNS)?);
                     if further.as_ref().is_none_or(|(least, _)| open < *least) {
                         further = Some((open, recipe));

@@ -25,7 +25,7 @@ use residuals::noise::whiten::Signal;
 use residuals::predictor::{Predictor, State};
 use residuals::smooth;
 use residuals::thresholds::manoeuvre::{SAMPLES_PER_CUTOFF, SHAPE_STEP, SHAPE_UNCERTAINTY};
-use residuals::thresholds::problem::DISCREPANCY_RIDGE;
+use residuals::thresholds::problem::RIDGE;
 
 /// A drive as the filter would show it: rows without power.
 ///
@@ -268,6 +268,6 @@ impl Ground<'_> {
         for place in of.discrepancy + effects..size {
             equations.hold(place, SHAPE_UNCERTAINTY);
         }
-        equations.factor(DISCREPANCY_RIDGE).map_or(0.0, |factored| factored.loss())
+        equations.factor(RIDGE).map_or(0.0, |factored| factored.loss())
     }
 }

@@ -15,9 +15,9 @@ use crate::report::Report;
 use crate::report::localise::Cell;
 use residuals::predictor::State;
 use residuals::split::{self, Split};
-use residuals::thresholds::power_only::{
-    CELLS, LEAST_BLOCKS, LEAST_RUNS, SAME_ERRORS, SAME_SHARE, STEP_ERRORS,
-};
+use residuals::thresholds::detect::NO_DIFFERENCE;
+use residuals::thresholds::localise::CELLS;
+use residuals::thresholds::power_only::{LEAST_BLOCKS, LEAST_RUNS, SAME_SHARE, STEP_ERRORS};
 use residuals::types::{Named, Round, Scored, Status, Verdict};
 
 /// The one effect that shows.
@@ -62,7 +62,7 @@ impl Kind {
 fn is_same(one: (f64, f64), other: (f64, f64)) -> bool {
     let difference = (one.0 - other.0).abs();
     one.0 * other.0 > 0.0
-        && (difference <= SAME_ERRORS * one.1.hypot(other.1) || difference <= SAME_SHARE * one.0.abs())
+        && (difference <= NO_DIFFERENCE * one.1.hypot(other.1) || difference <= SAME_SHARE * one.0.abs())
 }
 
 /// Looks for changes of the static power in logs of power only.
@@ -226,7 +226,7 @@ fn between_runs(runs: &[PowerRun], kind: &Kind) -> Option<Named> {
     let after = mean(low, |run| run.2) - mean(high, |run| run.2);
     let error = mean(low, |run| run.3).hypot(mean(high, |run| run.3));
     let size = 0.5 * (before + after);
-    let stands_out = size.abs() > STEP_ERRORS * error && (before - after).abs() < 2.0 * SAME_ERRORS * error;
+    let stands_out = size.abs() > STEP_ERRORS * error && (before - after).abs() < 2.0 * NO_DIFFERENCE * error;
     stands_out.then(|| {
         let names = |group: &[(usize, f64, f64, f64)]| -> Vec<&String> {
             group.iter().map(|run| &runs[run.0].name).collect()

@@ -13,7 +13,7 @@ use crate::problem::Problem;
 use crate::problem::panel::Panel;
 use crate::problem::times::cost_of_a_time;
 use crate::thresholds::detect::{
-    IN_RUN, LEAST_STEP, LIGHTEST, MOST_ROLLING, MOST_TIMES, RUN_ENDS, TIME_GRID_S, TIME_PENALTY, WRONG_MASS,
+    LIGHTEST, MOST_ROLLING, MOST_TIMES, NO_DIFFERENCE, RUN_ENDS, STRUCTURE, TIME_GRID_S, TIME_PENALTY,
 };
 use crate::thresholds::problem::LEAST_SHARE;
 
@@ -41,7 +41,7 @@ pub(super) fn candidates(problem: &Problem<'_>, state: &State) -> Vec<(Candidate
     let open = field.len();
     let scores: Vec<(usize, f64)> =
         field.iter().filter_map(|&run| Some((run, mass_score(problem, state, &in_run, run)?))).collect();
-    for wrong in wrong_masses(&scores, [WRONG_MASS, problem.inflated(WRONG_MASS)], open) {
+    for wrong in wrong_masses(&scores, [NO_DIFFERENCE, problem.inflated(NO_DIFFERENCE)], open) {
         let names = wrong.iter().map(|(run, _)| problem.predictor.runs.runs[*run].name.clone()).collect();
         let detail = Detail::InRuns { runs: Runs::Named(names), at_s: None };
         let regressors = wrong.iter().map(|(run, _)| Regressor::Mass(*run)).collect();
@@ -65,14 +65,14 @@ pub(super) fn candidates(problem: &Problem<'_>, state: &State) -> Vec<(Candidate
             Switched::HalfSlip => HALF_SLIP,
         };
         if let Some((at, z)) = times.common
-            && z.abs() > IN_RUN
+            && z.abs() > STRUCTURE
             && let Some(term) = what.from(at)
         {
             let detail = Detail::At { at_s: at };
             scored.push((entry.candidate(vec![Regressor::Term(term)], range, detail, TIME_PENALTY), z.abs()));
         }
         if let Some((at, sum)) = one_size(&times)
-            && sum > IN_RUN
+            && sum > STRUCTURE
         {
             let detail = Detail::InRuns { runs: Runs::All, at_s: Some(at.clone()) };
             let search = cost_of_a_time(open) * at.iter().flatten().count() as f64;
@@ -87,7 +87,7 @@ pub(super) fn candidates(problem: &Problem<'_>, state: &State) -> Vec<(Candidate
             .runs
             .iter()
             .enumerate()
-            .filter_map(|(run, best)| best.filter(|(_, z)| z.abs() > IN_RUN).map(|(at, _)| (run, at)))
+            .filter_map(|(run, best)| best.filter(|(_, z)| z.abs() > STRUCTURE).map(|(at, _)| (run, at)))
             .collect();
         let of_one = |(run, at): &(usize, f64)| Some(Regressor::InRun(*run, what.from(*at)?));
         let regressors: Vec<Regressor> = single.iter().filter_map(of_one).collect();
@@ -109,9 +109,10 @@ pub(super) fn candidates(problem: &Problem<'_>, state: &State) -> Vec<(Candidate
 fn one_size(times: &Times) -> Option<(Vec<Option<f64>>, f64)> {
     let all: Vec<(f64, f64)> = times.runs.iter().flatten().copied().collect();
     let sign = all.iter().map(|(_, z)| z * z.abs()).sum::<f64>().signum();
-    let of_sign = |best: &Option<(f64, f64)>| best.filter(|(_, z)| z * sign > LEAST_STEP).map(|(at, _)| at);
+    let of_sign =
+        |best: &Option<(f64, f64)>| best.filter(|(_, z)| z * sign > NO_DIFFERENCE).map(|(at, _)| at);
     let at: Vec<Option<f64>> = times.runs.iter().map(of_sign).collect();
-    let scores: Vec<f64> = all.iter().map(|(_, z)| z * sign).filter(|z| *z > LEAST_STEP).collect();
+    let scores: Vec<f64> = all.iter().map(|(_, z)| z * sign).filter(|z| *z > NO_DIFFERENCE).collect();
     let count = at.iter().flatten().count();
     (count >= 2).then(|| (at, together(&scores, times.looks)))
 }

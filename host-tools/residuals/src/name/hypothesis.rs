@@ -8,7 +8,8 @@ use crate::predictor::State;
 use crate::problem::Problem;
 use crate::problem::fit::Fitted;
 use crate::problem::times::cost_of_a_time;
-use crate::thresholds::name::{IN_RUN_ERRORS, SEARCH_TOLERANCE, SHARPENED, TIE, TIE_SHARE};
+use crate::thresholds::detect::{INEXACT, NO_DIFFERENCE};
+use crate::thresholds::name::{SEARCH_TOLERANCE, SHARPENED};
 use crate::thresholds::problem::MOST_FIT_STEPS;
 
 /// A candidate with its fit.
@@ -104,7 +105,7 @@ pub(super) fn fit_hypothesis(
             .map(|place| {
                 let (_, coefficient) = fitted.state.effects[state.effects.len() + place];
                 let error = fitted.covariance[(first + place, first + place)].max(0.0).sqrt();
-                coefficient.abs() > IN_RUN_ERRORS * error
+                coefficient.abs() > NO_DIFFERENCE * error
             })
             .collect();
         let all = shows.len();
@@ -165,10 +166,10 @@ pub(super) fn sharpen(problem: &Problem<'_>, state: &State, hypotheses: &mut [Hy
 }
 
 /// Difference in χ² up to which a hypothesis ties. It grows with the variance by which runs
-/// [`disagree`] about the winner, or clean runs about anything. A [share](TIE_SHARE) of the gain
+/// [`disagree`] about the winner, or clean runs about anything. A [share](INEXACT) of the gain
 /// comes on top: no term of the model is exact.
 pub(super) fn tie_width(gain: f64, disagreement: f64, misfit: f64) -> f64 {
-    TIE * disagreement.max(misfit) + TIE_SHARE * gain
+    NO_DIFFERENCE.powi(2) * disagreement.max(misfit) + INEXACT * gain
 }
 
 /// Whether a hypothesis is not significantly worse: by less than a [width](tie_width), and by less
@@ -207,14 +208,14 @@ pub(super) fn disagree(problem: &Problem<'_>, hypothesis: &Hypothesis) -> f64 {
 }
 
 /// The best hypothesis, if it is implausible and better by more than a tie than the best plausible
-/// one of another effect: by more than [`TIE`] and a [share](TIE_SHARE) of the gain. `hypotheses`
-/// are sorted, the best first.
+/// one of another effect, [as wide](tie_width) as where all runs agree. `hypotheses` are sorted, the
+/// best first.
 pub(super) fn implausible_and_better(hypotheses: &[Hypothesis], null_loss: f64) -> Option<&Hypothesis> {
     let first = hypotheses.first().filter(|first| !first.is_plausible())?;
     let winner = hypotheses.iter().find(|hypothesis| hypothesis.is_plausible())?;
     let worse = winner.penalised - first.penalised;
     let gain = null_loss - winner.penalised;
-    (first.candidate.id != winner.candidate.id && worse > TIE + TIE_SHARE * gain).then_some(first)
+    (first.candidate.id != winner.candidate.id && worse > tie_width(gain, 1.0, 1.0)).then_some(first)
 }
 
 /// Whether a winner is no better than the limit of its shape, see [`Regressor::limit`]: its own

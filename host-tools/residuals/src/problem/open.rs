@@ -9,7 +9,7 @@ use crate::noise::{Memory, Noise};
 use crate::predictor::{Predictor, State};
 use crate::problem::Problem;
 use crate::smooth;
-use crate::thresholds::problem::{DISCREPANCY_RIDGE, UNKNOWN};
+use crate::thresholds::problem::{RIDGE, UNKNOWN};
 use crate::types::{Base, Options};
 use model_core::effects::Term;
 use nalgebra::{DMatrix, DVector};
@@ -179,7 +179,7 @@ pub(super) fn factor(discrepancy: &Fixed) -> Option<Factored> {
     }
     let size = discrepancy.len();
     let total = discrepancy.products.iter().fold(DMatrix::zeros(size, size), |total, run| total + run);
-    NormalEquations::from_sums(total, DVector::zeros(size), 0.0).factor(DISCREPANCY_RIDGE).ok()
+    NormalEquations::from_sums(total, DVector::zeros(size), 0.0).factor(RIDGE).ok()
 }
 
 /// Λ of the base's covariance, widened by a relative slack; next to nothing without a covariance.
