@@ -256,12 +256,13 @@ impl<'a> Predictor<'a> {
 
     /// Measured less predicted power of each run, W.
     pub fn residual(&self, state: &State) -> Signal {
-        let runs = self.runs.runs.iter().enumerate();
-        runs.map(|(place, run)| {
-            let predicted = self.predict(place, state);
-            run.rows.iter().zip(predicted).map(|(row, predicted)| row.power - predicted).collect()
-        })
-        .collect()
+        (0..self.runs.runs.len()).map(|place| self.left_by(place, &self.predict(place, state))).collect()
+    }
+
+    /// Measured power of one run less what is predicted, W.
+    pub(crate) fn left_by(&self, place: usize, predicted: &[f64]) -> Vec<f64> {
+        let rows = self.runs.runs[place].rows.iter();
+        rows.zip(predicted).map(|(row, predicted)| row.power - predicted).collect()
     }
 
     /// Columns of one run before whitening: ∂P/∂ the first `base` parameters, ∂P/∂ the regressors'
@@ -276,8 +277,7 @@ impl<'a> Predictor<'a> {
         let at = self.predict(place, state);
         let mut columns: Vec<Vec<f64>> = self.base_slopes(place, state, &at, base);
         columns.extend(regressors.iter().map(|regressor| self.effect_slope(place, state, regressor, &at)));
-        let rows = &self.runs.runs[place].rows;
-        columns.push(rows.iter().zip(&at).map(|(row, at)| row.power - at).collect());
+        columns.push(self.left_by(place, &at));
         columns
     }
 

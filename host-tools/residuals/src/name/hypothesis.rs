@@ -207,9 +207,9 @@ pub(super) fn disagree(problem: &Problem<'_>, hypothesis: &Hypothesis) -> f64 {
     problem.disagreement(&hypothesis.fitted, regressors.len())
 }
 
-/// The best hypothesis, if it is implausible and better by more than a tie than the best plausible
-/// one of another effect, [as wide](tie_width) as where all runs agree. `hypotheses` are sorted, the
-/// best first.
+/// The best hypothesis, if it is implausible and beats the best plausible one of another effect by
+/// more than the [width of a tie](tie_width) of runs that agree. `hypotheses` are sorted, the best
+/// first.
 pub(super) fn implausible_and_better(hypotheses: &[Hypothesis], null_loss: f64) -> Option<&Hypothesis> {
     let first = hypotheses.first().filter(|first| !first.is_plausible())?;
     let winner = hypotheses.iter().find(|hypothesis| hypothesis.is_plausible())?;

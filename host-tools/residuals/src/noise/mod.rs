@@ -94,7 +94,7 @@ impl Noise {
                 last = Some(regression);
             }
         }
-        // Of the rows that took part: the others' past is not known.
+        // Only rows that took part count: the past of the others is not known.
         let takes_part = |(x, weight): (&f64, &f64)| if *weight > 0.0 { *x } else { 0.0 };
         let raw: Vec<Columns> = raw
             .iter()

@@ -50,13 +50,7 @@ impl Problem<'_> {
                 along += signals.transpose() * DMatrix::from_columns(&white);
             }
         }
-        let taken = |k: usize| {
-            self.factor.as_ref().map_or(0.0, |factor| {
-                let along = along.column(k).into_owned();
-                along.dot(&factor.solve(&along))
-            })
-        };
-        let loss = |k: usize| squares[k] - taken(k);
+        let loss = |k: usize| self.without_discrepancy(squares[k], &along.column(k).into_owned());
         let (best, least) =
             (1..by.len()).map(|k| (k, loss(k))).min_by(|a: &(usize, f64), b| a.1.total_cmp(&b.1))?;
         (least < loss(0)).then_some(by[best])

@@ -114,6 +114,11 @@ impl Problem<'_> {
         RunLoss { square: white.norm_squared(), white, along }
     }
 
+    /// Sum of squares of all runs, the discrepancy taken out; without the prior's penalty.
+    pub(super) fn without_discrepancy(&self, square: f64, along: &DVector<f64>) -> f64 {
+        self.factor.as_ref().map_or(square, |factor| square - along.dot(&factor.solve(along)))
+    }
+
     /// Products of all runs with the discrepancy.
     pub(super) fn along(&self, runs: &[RunLoss]) -> DVector<f64> {
         let mut along = DVector::zeros(self.discrepancy.len());
@@ -123,10 +128,8 @@ impl Problem<'_> {
 
     /// The whitened, weighted residual of one run from what is predicted.
     pub(super) fn white(&self, run: usize, predicted: &[f64]) -> DVector<f64> {
-        let runs = self.predictor.runs;
-        let rows = runs.runs[run].rows.iter().zip(predicted);
-        let residual: Vec<f64> = rows.map(|(row, predicted)| row.power - predicted).collect();
-        DVector::from_vec(self.noise.whiten(runs, run, &residual))
+        let residual = self.predictor.left_by(run, predicted);
+        DVector::from_vec(self.noise.whiten(self.predictor.runs, run, &residual))
     }
 
     /// The whitened residual of a state without discrepancy and weights.

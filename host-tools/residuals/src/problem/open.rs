@@ -41,21 +41,23 @@ pub(crate) fn open_with<'a>(
     let runs = predictor.runs;
     let smooth = smooth::functions(runs);
     let has_clean = runs.runs.iter().any(|run| run.clean);
-    let field: Vec<Signal> = smooth.iter().map(|signal| only(runs, false, signal)).collect();
+    let field: Vec<Signal> = smooth.iter().map(|signal| only_field(runs, signal)).collect();
     let shared = if has_clean { shared(runs, &slopes, list, &smooth) } else { Shared::default() };
     let memory = match &options.whitener {
         Some(whitener) => Memory::Known(whitener),
         None if base.of_simulator => Memory::OfAll,
         None => Memory::OfClean,
     };
-    // Field runs have a column of their own for all that is shared: clean runs' part is enough.
-    let besides = shared.smooth.iter().chain(&shared.effects).map(|signal| only(runs, true, signal));
-    let besides: Vec<Signal> = besides.chain(field.iter().cloned()).collect();
+    // Of a shared column the clean runs' part is enough: the field has its own column for it.
     let columns = slopes.into_iter().enumerate().map(|(place, Slopes { base, effects, residual })| {
-        let none = runs.runs[place].clean;
-        let effects = effects.into_iter().map(|slope| if none { vec![0.0; slope.len()] } else { slope });
-        let besides = besides.iter().map(|signal| signal[place].clone());
-        base.into_iter().chain(effects).chain(besides).chain([residual]).collect()
+        let clean = runs.runs[place].clean;
+        let if_clean = |signal: &Signal| or_none(clean, &signal[place]);
+        base.into_iter()
+            .chain(effects.iter().map(|slope| or_none(!clean, slope)))
+            .chain(shared.smooth.iter().chain(&shared.effects).map(if_clean))
+            .chain(field.iter().map(|signal| signal[place].clone()))
+            .chain([residual])
+            .collect()
     });
     let noise = Noise::estimate(runs, &columns.collect::<Vec<_>>(), memory);
     let shared = [shared.smooth, shared.base, shared.effects].concat();
@@ -90,11 +92,14 @@ pub(crate) fn open_with<'a>(
     problem
 }
 
-/// A signal in clean runs only, or in the others.
-fn only(runs: &Runs, clean: bool, signal: &Signal) -> Signal {
-    let runs = runs.runs.iter().zip(signal);
-    runs.map(|(run, values)| if run.clean == clean { values.clone() } else { vec![0.0; values.len()] })
-        .collect()
+/// A signal in the runs in question only.
+fn only_field(runs: &Runs, signal: &Signal) -> Signal {
+    runs.runs.iter().zip(signal).map(|(run, values)| or_none(!run.clean, values)).collect()
+}
+
+/// The values, or 0 for each.
+fn or_none(shown: bool, values: &[f64]) -> Vec<f64> {
+    if shown { values.to_vec() } else { vec![0.0; values.len()] }
 }
 
 /// What a run would show if it came from the field, clean or not.

@@ -170,8 +170,8 @@ impl<'a> Panel<'a> {
     }
 }
 
-/// aᵀ b: of few columns by their products one by one, for which nalgebra's general product is slow.
+/// aᵀ b. nalgebra gives no product of up to five rows to its fast routine: those are dot products.
 fn transposed_times(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
-    const FEW: usize = 8;
+    const FEW: usize = 5;
     if a.ncols() <= FEW { a.tr_mul(b) } else { a.transpose() * b }
 }

@@ -53,12 +53,8 @@ impl Problem<'_> {
         }
     }
 
-    /// Sum of squares of all runs, the discrepancy taken out; without the prior's penalty.
     fn joint_loss(&self, runs: &[RunLoss]) -> f64 {
-        let square: f64 = runs.iter().map(|run| run.square).sum();
-        let Some(factor) = &self.factor else { return square };
-        let along = self.along(runs);
-        square - along.dot(&factor.solve(&along))
+        self.without_discrepancy(runs.iter().map(|run| run.square).sum(), &self.along(runs))
     }
 }
 
