@@ -61,7 +61,7 @@ pub(super) fn by_the_data(robot: &Robot, pilots: &Pilots, terms: &[Term]) -> Res
     }
     let plain = |place: usize| tried(robot, &cores[place], pilots, Choice::default());
     let with_terms = |place: usize| {
-        let choice = form::choose(robot, &cores[place], terms, pilots, &|_| false);
+        let choice = form::choose(robot, &cores[place], terms, pilots, &|_| false, None);
         tried(robot, &cores[place], pilots, choice)
     };
     let all: Vec<Option<Tried>> = (0..cores.len()).into_par_iter().map(plain).collect();

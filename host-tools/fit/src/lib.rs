@@ -40,6 +40,7 @@ use model_core::effects::Columns;
 use model_core::eq18::{self, Gate};
 use model_core::model::Model;
 use model_core::payload::Noise;
+use model_core::torque::TorqueModel;
 use nalgebra::DVector;
 use serde::Serialize;
 use support::context::Context;
@@ -167,7 +168,7 @@ pub fn read_choosing(
     let given = reading.cutoff_hz.or(robot.filter_cutoff_hz());
     let terms = if reading.gate == Gate::Signed { terms } else { &[] };
     let (cutoff_hz, choice) = match given {
-        Some(given) => (given, form::choose(robot, &robot.chassis(given)?, terms, &pilots, &|_| false)),
+        Some(given) => (given, form::choose(robot, &robot.chassis(given)?, terms, &pilots, &|_| false, None)),
         None => cutoff::by_the_data(robot, &pilots, terms)?,
     };
     let core = robot.chassis(cutoff_hz)?.with_conditioning(choice.form.conditioning);
@@ -205,11 +206,11 @@ pub fn choose_form(
     held_out: &(dyn Fn(f64) -> bool + Sync),
 ) -> Result<Form> {
     let pilots = Pilots::read(context, robot, files, mass_kg)?;
-    Ok(form::choose(robot, core, terms, &pilots, held_out).form)
+    Ok(form::choose(robot, core, terms, &pilots, held_out, None).form)
 }
 
-/// Terms that a fit of these logs would take beyond those that `core` has, by unseen blocks:
-/// none for what this version fitted to them.
+/// Terms that a fit of these logs would take beyond those that `core` and the model `known` of them
+/// have, by unseen blocks: none for what this version fitted to them.
 ///
 /// # Errors
 /// A log that cannot be read.
@@ -217,12 +218,13 @@ pub fn lacking(
     context: &Context,
     robot: &Robot,
     core: &Chassis,
+    known: &TorqueModel<f64>,
     terms: &[Term],
     files: &[PathBuf],
     mass_kg: f64,
 ) -> Result<Vec<Judged>> {
     let pilots = Pilots::read(context, robot, files, mass_kg)?;
-    let judged = form::choose(robot, core, terms, &pilots, &|_| false).judged;
+    let judged = form::choose(robot, core, terms, &pilots, &|_| false, Some(known)).judged;
     Ok(judged.into_iter().filter(|judged| judged.taken).collect())
 }
 

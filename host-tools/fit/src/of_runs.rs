@@ -24,7 +24,7 @@ pub fn of_runs(robot: &Robot, runs: &[RawRun], cutoff_hz: f64) -> Result<Fit> {
     let pilots = Pilots::of_runs(runs);
     let plain = robot.chassis(cutoff_hz)?;
     let read = |terms: &[Term]| {
-        let choice = form::choose(robot, &plain, terms, &pilots, &|_| false);
+        let choice = form::choose(robot, &plain, terms, &pilots, &|_| false, None);
         let core = plain.clone().with_conditioning(choice.form.conditioning);
         let mut dataset = Dataset::empty(core, Gate::Signed);
         dataset.period_s = runs.first().map_or(f64::NAN, |run| run.period_s);

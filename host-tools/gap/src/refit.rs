@@ -39,7 +39,7 @@ pub fn asked_for(
         Term::Delay | Term::SlipMemory | Term::TrueSlip => false,
     };
     let terms: Vec<Term> = TERMS.into_iter().filter(|term| !has(term)).collect();
-    lacking(context, robot, core, &terms, clean_logs, mass_kg)
+    lacking(context, robot, core, &base.torque, &terms, clean_logs, mass_kg)
 }
 
 impl Report {

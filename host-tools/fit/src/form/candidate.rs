@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use logs::robot::Robot;
 use logs::robot::chassis::Chassis;
+use model_core::torque::TorqueModel;
 use rayon::prelude::*;
 
 use super::super::dataset::{Row, Rows, Stretch};
@@ -38,6 +39,8 @@ pub(super) struct Problem<'a> {
     held_out: &'a (dyn Fn(f64) -> bool + Sync),
     /// One for all forms of a term. It counts the rows less that are far off without the term.
     loss: Loss,
+    /// Where searches begin; at all starts where nothing is known.
+    known: Option<Parameters>,
     /// Steps from all starts to the plain form.
     pub(super) steps: u32,
     /// Length of a block, s; infinite where a block is a whole run.
@@ -75,12 +78,13 @@ pub(super) struct Trial {
 
 impl<'a> Problem<'a> {
     /// Every block is in a fold, in turn. Of `held_out` times (s) nothing is seen: they are to
-    /// judge the whole fit.
+    /// judge the whole fit. The search begins at `known`, or at all starts where there is none.
     pub(super) fn new(
         robot: &'a Robot,
         core: &'a Chassis,
         pilots: &'a Pilots,
         held_out: &'a (dyn Fn(f64) -> bool + Sync),
+        known: Option<&TorqueModel<f64>>,
     ) -> Self {
         let mut rows = pilots.condition(core, MOST_ROWS).unwrap_or_default();
         rows.retain(|row| !held_out(row.time));
@@ -93,10 +97,12 @@ impl<'a> Problem<'a> {
         } else {
             (open_s / USUAL_BLOCKS).clamp(LEAST_BLOCK_S, MOST_BLOCK_S)
         };
-        let bounds = Bounds::of(core, rows.all(), robot.motor(), FreeTerms::default());
-        let plain = physical::search(rows.all(), robot.drive(), Loss::Squares, &bounds, None);
+        let bounds = Bounds::of(core, rows.all(), robot.motor(), free_terms(known));
+        let known = known.map(physical::parameters);
+        let plain = physical::search(rows.all(), robot.drive(), Loss::Squares, &bounds, known.as_ref());
         let loss = physical::usual_loss(rows.all(), robot.drive(), &plain.parameters);
-        Self { robot, core, pilots, held_out, loss, steps: plain.steps, block_s, folds: dealt(open, block_s) }
+        let folds = dealt(open, block_s);
+        Self { robot, core, pilots, held_out, loss, known, steps: plain.steps, block_s, folds }
     }
 
     /// Weighs rows by how far off they are by a form that was taken; the search starts at `near`.
@@ -119,8 +125,8 @@ impl<'a> Problem<'a> {
         Some((rows, folds))
     }
 
-    /// Fits a form, from the parameters of `near`'s or from all starts where there is none. `None`
-    /// where the logs cannot have the form, or hold nothing.
+    /// Fits a form, from the parameters of `near`'s, or of the known model's where there is none.
+    /// `None` where the logs cannot have the form, or hold nothing.
     pub(super) fn trial(&self, form: &Form, unseen: Unseen, near: Option<&Trial>) -> Option<Trial> {
         let (rows, folds) = self.rows(form)?;
         match unseen {
@@ -176,7 +182,7 @@ impl<'a> Problem<'a> {
 
     fn search(&self, form: &Form, rows: Stretch<'_>, near: Option<&Parameters>) -> Descent {
         let bounds = Bounds::of(self.core, rows, self.robot.motor(), form.free_terms);
-        physical::search(rows, self.robot.drive(), self.loss, &bounds, near)
+        physical::search(rows, self.robot.drive(), self.loss, &bounds, near.or(self.known.as_ref()))
     }
 
     fn errors(&self, rows: Stretch<'_>, parameters: &Parameters) -> Errors {
@@ -196,6 +202,11 @@ impl<'a> Problem<'a> {
         let Some((rows, _)) = self.rows(form) else { return f64::INFINITY };
         self.search(form, rows.all(), Some(near)).cost / rows.len().max(1) as f64
     }
+}
+
+/// The further terms that a known model has.
+pub(super) fn free_terms(known: Option<&TorqueModel<f64>>) -> FreeTerms {
+    known.map_or_else(FreeTerms::default, FreeTerms::of)
 }
 
 /// The blocks dealt out by how much their power varies, so that each fold has its share of every

@@ -18,11 +18,12 @@ mod tests;
 
 use logs::robot::Robot;
 use logs::robot::chassis::Chassis;
+use model_core::torque::TorqueModel;
 use numerics::intervals::mean_interval;
 use numerics::robust::ONE_SIDED_95;
 use serde::Serialize;
 
-use self::candidate::{Errors, Problem, Trial, Unseen};
+use self::candidate::{Errors, Problem, Trial, Unseen, free_terms};
 pub use self::nested::Form;
 pub use self::term::{TERMS, TERMS_WITH_GYRO, Term};
 use super::physical::MOST_STEPS;
@@ -63,16 +64,18 @@ pub struct Choice {
 }
 
 /// Chooses among `terms` by the first rows of the logs, those of `held_out` times (s) left out:
-/// they are to judge the whole fit. What `core` has already is where it begins.
+/// they are to judge the whole fit. It begins with what `core` and a `known` model of the same rows
+/// have already.
 pub(super) fn choose(
     robot: &Robot,
     core: &Chassis,
     terms: &[Term],
     pilots: &Pilots,
     held_out: &(dyn Fn(f64) -> bool + Sync),
+    known: Option<&TorqueModel<f64>>,
 ) -> Choice {
-    let mut plain = Problem::new(robot, core, pilots, held_out);
-    let form = Form { conditioning: *core.conditioning(), ..Form::default() };
+    let mut plain = Problem::new(robot, core, pilots, held_out, known);
+    let form = Form { conditioning: *core.conditioning(), free_terms: free_terms(known) };
     let mut choice = Choice { form, judged: Vec::new(), long_search: None };
     if plain.folds.len() < LEAST_BLOCKS {
         return choice;
@@ -82,7 +85,7 @@ pub(super) fn choose(
         return Choice { long_search: Some(plain.steps), ..choice };
     }
     let turning = if terms.contains(&Term::TrueSlip) { pilots.with_gyro() } else { None };
-    let turning = turning.as_ref().map(|pilots| Problem::new(robot, core, pilots, held_out));
+    let turning = turning.as_ref().map(|pilots| Problem::new(robot, core, pilots, held_out, known));
     let mut turning = turning.filter(|problem| problem.folds.len() >= LEAST_BLOCKS);
     // The form without the next term, which takes a search from all starts: once for all terms that
     // are judged on the same rows (with a gyro or not) and folds (by their numbers or parameters).

@@ -105,16 +105,22 @@ fn difference([left, right]: &[f64; 2]) -> f64 {
     right - left
 }
 
+impl Truth {
+    fn torque(&self) -> TorqueModel<f64> {
+        let easy = if self.brakes { 1.0 / 3.0 } else { 1.0 };
+        TorqueModel {
+            imbalance: self.imbalance,
+            gear_loss: self.gear_loss,
+            wheel_friction_share: self.wheel_friction_share,
+            bridge_drop: self.bridge_drop,
+            ..TorqueModel::from_array([3.0 * easy, 0.02 * easy, 0.5 * easy, 0.1, 1.2, 0.06, 0.25])
+        }
+    }
+}
+
 /// A log of such a robot with 2 W of noise.
 fn log(core: &CoreRobot<f64, 2>, truth: Truth, seed: u64) -> Pilots {
-    let easy = if truth.brakes { 1.0 / 3.0 } else { 1.0 };
-    let torque = TorqueModel {
-        imbalance: truth.imbalance,
-        gear_loss: truth.gear_loss,
-        wheel_friction_share: truth.wheel_friction_share,
-        bridge_drop: truth.bridge_drop,
-        ..TorqueModel::from_array([3.0 * easy, 0.02 * easy, 0.5 * easy, 0.1, 1.2, 0.06, 0.25])
-    };
+    let torque = truth.torque();
     let mut speeds = speeds(seed);
     if truth.brakes {
         speeds.iter_mut().for_each(|[left, right]| *right = *left);
@@ -175,7 +181,7 @@ fn log(core: &CoreRobot<f64, 2>, truth: Truth, seed: u64) -> Pilots {
 
 fn chosen(truth: Truth, seed: u64) -> Choice {
     let (robot, core) = if truth.brakes { regenerative() } else { husky() };
-    choose(&robot, &Chassis::new(&core), &TERMS_WITH_GYRO, &log(&core, truth, seed), &|_| false)
+    choose(&robot, &Chassis::new(&core), &TERMS_WITH_GYRO, &log(&core, truth, seed), &|_| false, None)
 }
 
 fn taken(choice: &Choice) -> Vec<Term> {
@@ -264,6 +270,18 @@ fn the_drop_of_a_bridge_is_found() {
     assert!(choice.form.free_terms.bridge_drop);
 }
 
+/// Also where it has two of them.
+#[test]
+fn what_a_known_model_has_is_not_asked_for() {
+    let (robot, core) = husky();
+    let truth = Truth { imbalance: 1.0, bridge_drop: 0.4, ..Truth::default() };
+    let log = log(&core, truth, 0);
+    for term in [Term::UnequalSides, Term::BridgeDrop] {
+        let of = |known| taken(&choose(&robot, &Chassis::new(&core), &[term], &log, &|_| false, known));
+        assert_eq!((of(None), of(Some(&truth.torque()))), (vec![term], vec![]));
+    }
+}
+
 /// To a tenth: the filter has the speeds before the sign of the turn.
 #[test]
 fn true_slip_is_found() {
@@ -310,7 +328,7 @@ fn held_out_times_are_not_seen() {
     let mut spoiled = log(&core, truth, 2);
     // From where not even the filter's memory reaches back.
     spoiled.spoil_from(150.0);
-    let of = |pilots: &Pilots| choose(&robot, &Chassis::new(&core), &TERMS, pilots, &held_out);
+    let of = |pilots: &Pilots| choose(&robot, &Chassis::new(&core), &TERMS, pilots, &held_out, None);
     assert_eq!(of(&clean), of(&spoiled));
 }
 
@@ -319,6 +337,6 @@ fn held_out_times_are_not_seen() {
 fn a_short_log_is_not_asked() {
     let (robot, core) = husky();
     let pilots = log(&core, Truth { late: 4, ..Truth::default() }, 2);
-    let choice = choose(&robot, &Chassis::new(&core), &TERMS, &pilots, &|time| time >= 10.0);
+    let choice = choose(&robot, &Chassis::new(&core), &TERMS, &pilots, &|time| time >= 10.0, None);
     assert!(choice.judged.is_empty() && choice.form.conditioning == Conditioning::PLAIN);
 }
