@@ -58,17 +58,16 @@ impl Report {
             return self;
         }
         let Some(weighed) = asked.weighed(&[]) else { return self };
-        let shares = weighed.posterior.effects.into_iter().map(|cause| (cause.id, cause.among_effects));
-        self.held_to(shares.collect())
+        self.held_to(weighed.among_effects())
     }
 
     /// Takes the name back if it is improbable among the listed effects, with all that it ties
     /// with. Of a tie, strikes the rivals that are outside the smallest sure set; an effect that is
     /// likelier than the name joins it. Whether it is something else is for the rules to say: a
-    /// measured robot always has something else, too. `shares`: ids and probabilities.
-    fn held_to(mut self, mut shares: Vec<(String, f64)>) -> Self {
+    /// measured robot always has something else, too. `shares`: ids and probabilities, the
+    /// likeliest first.
+    fn held_to(mut self, shares: Vec<(String, f64)>) -> Self {
         let named = self.effects[0].candidate.id.clone();
-        shares.sort_by(|a, b| b.1.total_cmp(&a.1));
         let Some(place) = shares.iter().position(|(id, _)| *id == named) else { return self };
         let is_tied = |id: &String| *id == named || self.ambiguous_with.contains(id);
         let tied: Vec<&(String, f64)> = shares.iter().filter(|(id, _)| is_tied(id)).collect();

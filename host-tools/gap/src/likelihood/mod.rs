@@ -165,7 +165,7 @@ pub fn investigate(
             precision: precision(base, parameters, options.slack),
         }),
         rivals: Vec::new(),
-        likelihood: Some(Likelihood { posterior: first.weighed.posterior, predictive }),
+        likelihood: Some(Likelihood { posterior: first.posterior, predictive }),
         relabelled: first.gate,
         notes,
     })

@@ -15,8 +15,6 @@ pub struct Cause {
     pub evidence: f64,
     /// Probability.
     pub probability: f64,
-    /// Probability among the effects alone, if one of them it is.
-    pub among_effects: f64,
     /// The way in which it shows best, by its place.
     pub best: usize,
 }
@@ -39,23 +37,17 @@ impl Posterior {
         let mut effects = Cause::all(scored);
         let each = ((1.0 - NONE - ELSE) / effects.len().max(1) as f64).ln();
         let runs = other.by_run.len();
-        let by_run = |cause: &Cause| match &scored[cause.best].by_run[..] {
-            // Far behind: about as much of each run.
-            [] => vec![cause.evidence / runs as f64; runs],
-            asked => asked.to_vec(),
-        };
-        let by_run: Vec<Vec<f64>> = effects.iter().map(by_run).chain([other.by_run.clone()]).collect();
+        let by_run = effects.iter().map(|cause| cause.by_run(scored, runs));
+        let by_run: Vec<Vec<f64>> = by_run.chain([other.by_run.clone()]).collect();
         let values = effects.iter().map(|cause| cause.evidence + each).chain([ELSE.ln() + other.evidence]);
         let values: Vec<f64> = values.collect();
         let total = log_sum(values.iter().copied().chain([NONE.ln()]));
         let none = (NONE.ln() - total).exp();
         let causes: Vec<(f64, &[f64])> = values.into_iter().zip(by_run.iter().map(Vec::as_slice)).collect();
-        let among = bagged::shares(&causes[..effects.len()]);
         let mut shares = bagged::shares(&causes);
         let something_else = (1.0 - none) * shares.pop().unwrap_or(0.0);
-        for (cause, (share, among)) in effects.iter_mut().zip(shares.into_iter().zip(among)) {
+        for (cause, share) in effects.iter_mut().zip(shares) {
             cause.probability = (1.0 - none) * share;
-            cause.among_effects = among;
         }
         effects.sort_by(|a, b| b.probability.total_cmp(&a.probability));
         Self { none, something_else, effects }
@@ -81,6 +73,18 @@ impl Posterior {
     }
 }
 
+/// Ids and probabilities of the effects if it is one of them, the likeliest first. `runs`: of the
+/// field.
+pub fn among_effects(scored: &[Scored], runs: usize) -> Vec<(String, f64)> {
+    let effects = Cause::all(scored);
+    let by_run: Vec<Vec<f64>> = effects.iter().map(|cause| cause.by_run(scored, runs)).collect();
+    let each = effects.iter().map(|cause| cause.evidence).zip(by_run.iter().map(Vec::as_slice));
+    let shares = bagged::shares(&each.collect::<Vec<_>>());
+    let mut all: Vec<_> = effects.into_iter().map(|cause| cause.id).zip(shares).collect();
+    all.sort_by(|a, b| b.1.total_cmp(&a.1));
+    all
+}
+
 /// How many of these, the likeliest first, are sure together.
 pub fn smallest_sure(probabilities: impl Iterator<Item = f64>, of_all: f64) -> usize {
     let mut remaining = SURE * of_all;
@@ -101,6 +105,15 @@ impl Cause {
         ids.iter().filter_map(|id| Self::of(id, scored)).collect()
     }
 
+    /// What each of so many field runs adds to its evidence, nats.
+    fn by_run(&self, scored: &[Scored], runs: usize) -> Vec<f64> {
+        match &scored[self.best].by_run[..] {
+            // Far behind: about as much of each run.
+            [] => vec![self.evidence / runs as f64; runs],
+            asked => asked.to_vec(),
+        }
+    }
+
     /// Families of its ways are as likely as each other, and ways within one.
     fn of(id: &str, scored: &[Scored]) -> Option<Self> {
         let mut rest: Vec<usize> = (0..scored.len()).filter(|&k| scored[k].way.candidate.id == id).collect();
@@ -114,13 +127,7 @@ impl Cause {
             families.push(log_mean(same.iter().map(|&k| scored[k].evidence)));
             rest = other;
         }
-        Some(Self {
-            id: id.to_owned(),
-            evidence: log_mean(families),
-            probability: 0.0,
-            among_effects: 0.0,
-            best,
-        })
+        Some(Self { id: id.to_owned(), evidence: log_mean(families), probability: 0.0, best })
     }
 }
 
@@ -133,7 +140,6 @@ mod tests {
             id: (*id).to_owned(),
             evidence: 0.0,
             probability: *probability,
-            among_effects: *probability,
             best: 0,
         };
         Posterior { none, something_else, effects: effects.iter().map(cause).collect() }

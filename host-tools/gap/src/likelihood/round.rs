@@ -13,7 +13,7 @@ use super::products::Posed;
 use super::relinearise::Bent;
 use super::scored::{Scales, Scored};
 use super::ways::Way;
-use super::{relinearise, scored};
+use super::{posterior, relinearise, scored};
 use residuals::predictor::{Predictor, State};
 use residuals::types::{self, Base, Options, Status, Verdict};
 
@@ -38,20 +38,32 @@ pub struct Asked<'a> {
 /// An effect that was named, with its coefficients.
 pub type Known = (Candidate, Vec<f64>);
 
-/// Every cause beside what is known, weighed.
+/// Every effect beside what is known, weighed.
 pub struct Weighed<'a> {
     posed: Posed<'a>,
     scales: Scales,
     scored: Vec<Scored>,
     covariances: Vec<Option<DMatrix<f64>>>,
-    /// Probabilities.
-    pub posterior: Posterior,
+}
+
+impl Weighed<'_> {
+    /// Of nothing new, something else and every effect.
+    fn posterior(&self) -> Posterior {
+        Posterior::of(&self.scored, &scored::something_else(&self.posed, &self.scales))
+    }
+
+    /// Of every effect, if it is one of them.
+    pub fn among_effects(&self) -> Vec<(String, f64)> {
+        let field = (0..self.posed.runs.len()).filter(|&run| self.posed.is_field(run)).count();
+        posterior::among_effects(&self.scored, field)
+    }
 }
 
 /// What a round says.
 pub struct Round<'a> {
+    weighed: Weighed<'a>,
     /// Every cause.
-    pub weighed: Weighed<'a>,
+    pub posterior: Posterior,
     /// The verdict of this round alone.
     pub verdict: Verdict,
     /// Causes that are named: several are a tie.
@@ -78,7 +90,7 @@ impl<'a> Asked<'a> {
         self.removed.iter().cloned().chain(known).collect()
     }
 
-    /// Weighs every cause beside what is known; `None` where too few rows tell of the noise.
+    /// Weighs every effect beside what is known; `None` where too few rows tell of the noise.
     pub fn weighed(&self, known: &[Known]) -> Option<Weighed<'a>> {
         let removed = self.removed_beside(known);
         let posed = self.posed(known)?;
@@ -86,15 +98,14 @@ impl<'a> Asked<'a> {
         let mut scored = scored::ways(&posed, &scales);
         scored.extend(scored::of_single_runs(&posed, &scales, &removed));
         let covariances = bend(&posed, &scales, &mut scored);
-        let other = scored::something_else(&posed, &scales);
-        let posterior = Posterior::of(&scored, &other);
-        Some(Weighed { posed, scales, scored, covariances, posterior })
+        Some(Weighed { posed, scales, scored, covariances })
     }
 
     /// Asks beside what is known; `None` where too few rows tell of the noise.
     pub fn round(&self, known: &[Known]) -> Option<Round<'a>> {
         let weighed = self.weighed(known)?;
-        let Weighed { posed, scales, scored, covariances, posterior } = &weighed;
+        let posterior = weighed.posterior();
+        let Weighed { posed, scales, scored, covariances } = &weighed;
         let (mut verdict, names) = posterior.verdict();
         let mut names: Vec<Cause> = names.into_iter().cloned().collect();
         if names.first().is_some_and(|cause| covariances[cause.best].is_none()) {
@@ -130,7 +141,7 @@ impl<'a> Asked<'a> {
         if !verdict.stands() {
             names.clear();
         }
-        Some(Round { weighed, verdict, names, gate, note, outcome })
+        Some(Round { weighed, posterior, verdict, names, gate, note, outcome })
     }
 }
 
@@ -184,7 +195,7 @@ impl Round<'_> {
     pub fn record(&self) -> types::Round {
         let status = |place: usize, scored: &Scored| {
             let rank = self.names.iter().position(|cause| cause.id == scored.way.candidate.id);
-            let is_best = self.weighed.posterior.effects.iter().any(|cause| cause.best == place);
+            let is_best = self.posterior.effects.iter().any(|cause| cause.best == place);
             match rank {
                 Some(0) if is_best => Status::Winner,
                 Some(rank) if rank > 0 && is_best => Status::Tie,

@@ -97,7 +97,7 @@ def answered(t, truth, folder, command, engine):
                 verdict=answer["verdict"], named=[e["id"] for e in answer["effects"]],
                 coefficients=[[e["id"], e["coefficient"], e["std_err"]] for e in answer["effects"]],
                 details=[e["detail"] for e in answer["effects"]], posterior=answer["posterior"],
-                ties=answer["ambiguous_with"], closed=answer["gap_closed"], before=answer["gap_before_w"],
+                rivals=answer["rivals"], ties=answer["ambiguous_with"], closed=answer["gap_closed"], before=answer["gap_before_w"],
                 after=answer["gap_after_w"], floor=answer["noise_floor_w"],
                 outcome=[[r["structure"], r["allowed"], r["outcome"]] for r in answer["rounds"]])
     if answer["rounds"]:

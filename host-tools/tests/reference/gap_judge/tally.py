@@ -43,9 +43,14 @@ def confusion(lines, order=ORDER):
         print("  " + name.ljust(27) + "".join((str(count[w]) if count[w] else ".").rjust(12) for w in order) + "   " + text)
 
 
+def probabilities(line):
+    """Of each effect: among all that may be, or among the effects of the list where rules named one of them."""
+    return line["posterior"]["effects"] if line.get("posterior") else line.get("rivals")
+
+
 def reliability(lines):
     """Each effect's probability beside how often it was there: calibrated where they are alike."""
-    pairs = [(p, name in l["effect"]) for l in lines for name, p in l["posterior"]["effects"].items()]
+    pairs = [(p, name in l["effect"]) for l in lines for name, p in probabilities(l).items()]
     edges = [0.0, 0.01, 0.05, 0.2, 0.5, 0.8, 0.95, 1.0]
     print("  probability of an effect   effects   mean probability   was there")
     for low, high in zip(edges, edges[1:]):
@@ -81,7 +86,7 @@ def main():
         if known:
             print("by effect, size reached 0.45 and more")
             confusion([l for l in known if l["reached"][0] >= 0.45])
-        told = [l for l in here if l.get("posterior") and len(l["effect"]) < 2 and set(l["effect"]) <= set(DICTIONARY)]
+        told = [l for l in here if probabilities(l) and len(l["effect"]) < 2 and set(l["effect"]) <= set(DICTIONARY)]
         if told:
             print(f"reliability, {len(told)} sets with one effect or none")
             reliability(told)
