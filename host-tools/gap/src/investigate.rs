@@ -38,7 +38,11 @@ pub fn investigate(runs: &Runs, clean: Option<&Runs>, base: &Base, options: &Opt
     let clean_delay = clean.map_or(0.0, |clean| clean_delay::estimate(clean, base));
     let parameters = base.torque.to_array().len() - usize::from(!runs.robot.scrubs());
     let Testable { list, removed, not_testable } = Testable::of(&field, runs, base, options);
-    let options = &Options { removed, ..options.clone() };
+    let predictor = Predictor { clean_delay, ..Predictor::new(&open, base.drive) };
+    let mut problem = open_problem(predictor, &[], base, parameters, &list, options);
+    // The noise is told once, by the clean runs.
+    let whitener = Some(problem.noise.whitener.clone());
+    let options = &Options { removed, whitener, ..options.clone() };
     let clean_structure =
         clean.and_then(|clean| shown_by_clean(clean, clean_delay, base, parameters, &list, options));
     let by_noise = options.threshold;
@@ -46,8 +50,7 @@ pub fn investigate(runs: &Runs, clean: Option<&Runs>, base: &Base, options: &Opt
     let (threshold, searched) = (by_noise.max(shown), by_noise.max(MARGIN * shown));
     let misfit = (searched / by_noise).powi(2);
     let options = &Options { threshold, search_factor: searched / threshold, misfit, ..options.clone() };
-    let predictor = Predictor { clean_delay, ..Predictor::new(&open, base.drive) };
-    let problem = open_problem(predictor, &[], base, parameters, &list, options);
+    (problem.misfit, problem.search_factor) = (options.misfit, options.search_factor);
     let findings = search(&problem, &list, by_noise, options);
     let delay = late::in_whole_rows(findings.delay().unwrap_or(0.0), field.period_s);
     let in_time;

@@ -39,7 +39,7 @@ pub struct Options {
     pub most_effects: usize,
     /// Ids that are not in the dictionary (for benchmarks).
     pub removed: Vec<String>,
-    /// The whitener of clean runs, if there are any.
+    /// The whitener of the noise, where it is known.
     pub whitener: Option<Whitener>,
     /// Relative uncertainty of every base parameter beyond its covariance.
     pub slack: f64,

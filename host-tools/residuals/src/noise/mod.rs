@@ -59,7 +59,8 @@ impl Noise {
         };
         let mut last = None;
         // The whitener of the first residual shows a better one.
-        for _ in 0..PASSES {
+        let passes = if matches!(memory, Memory::Known(_)) { 1 } else { PASSES };
+        for _ in 0..passes {
             noise.whitener = match memory {
                 Memory::Known(whitener) => whitener.clone(),
                 Memory::OfClean if has_clean => {
