@@ -14,7 +14,8 @@ use residuals::predictor::{Predictor, State};
 use residuals::problem::Problem;
 use residuals::smooth;
 use residuals::split::Split;
-use residuals::thresholds::confirm::{LEAST_CLOSED, TIMES};
+use residuals::thresholds::confirm::LEAST_CLOSED;
+use residuals::thresholds::detect::MOST_TIMES;
 use residuals::types::Base;
 
 /// What the locked runs say.
@@ -251,7 +252,8 @@ pub(super) fn with_run_times(
                 rows.iter().zip(predicted).map(|(row, p)| (row.power - p).powi(2)).sum::<f64>()
             };
             let end = rows.last().map_or(0.0, |row| row.time);
-            let candidates = (0..TIMES).map(|k| end * f64::from(k) / f64::from(TIMES)).chain([f64::INFINITY]);
+            let candidates =
+                (0..MOST_TIMES as u32).map(|k| end * f64::from(k) / MOST_TIMES).chain([f64::INFINITY]);
             candidates
                 .map(|at| (at, error(at)))
                 .min_by(|a, b| a.1.total_cmp(&b.1))

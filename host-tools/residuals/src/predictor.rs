@@ -11,7 +11,7 @@ use model_core::motion::{Motion, Wheel};
 use model_core::torque::{Drive, PARAMETERS, TorqueModel};
 
 use super::noise::whiten::Signal;
-use super::thresholds::problem::LINEAR;
+use super::thresholds::detect::INEXACT;
 
 /// When something is on.
 #[derive(Debug, Clone, Copy)]
@@ -234,7 +234,7 @@ impl<'a> Predictor<'a> {
         }
         let mut step = step_of(regressor);
         let most = |values: &[f64]| values.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-        let small = LINEAR * most(at).max(1e-9);
+        let small = INEXACT * most(at).max(1e-9);
         let mut before = f64::INFINITY;
         loop {
             let mut moved = state.clone();

@@ -4,7 +4,7 @@
 use logs::robot::chassis::Together;
 use logs::runs::Runs;
 
-use super::thresholds::problem::{LEAST_SHOWN, MOST_FOLLOWED};
+use super::thresholds::problem::NEXT_TO_NONE;
 use crate::noise::whiten::Signal;
 
 /// The functions, one signal each, as the filter of the power shows them. They vary about as gently
@@ -112,7 +112,7 @@ pub fn further(runs: &Runs) -> Vec<usize> {
     let is_there = |place: &usize| runs.runs.iter().all(|run| !run.extra(*place).is_empty());
     let is_electric =
         |place: usize| runs.columns[place].ends_with("_a") || runs.columns[place].ends_with("_w");
-    let is_reading = |place: &usize| is_electric(*place) && follows_power(runs, *place) > MOST_FOLLOWED;
+    let is_reading = |place: &usize| is_electric(*place) && follows_power(runs, *place) > NEXT_TO_NONE;
     (0..runs.columns.len()).filter(is_there).filter(|place| !is_reading(place)).collect()
 }
 
@@ -146,7 +146,7 @@ pub fn shown_by_clean(runs: &Runs, signals: Vec<Signal>) -> Vec<Signal> {
         let mean = values().sum::<f64>() / count;
         values().map(|x| (x - mean).powi(2)).sum::<f64>() / count
     };
-    let is_shown = |signal: &Signal| variance(signal, true) >= LEAST_SHOWN * variance(signal, false);
+    let is_shown = |signal: &Signal| variance(signal, true) >= NEXT_TO_NONE * variance(signal, false);
     signals.into_iter().filter(is_shown).collect()
 }
 

@@ -23,10 +23,6 @@ pub mod noise {
     /// filter the noise has next to no power above the cutoff, and without this floor the whitener
     /// would lift that band. Tuned on the own bench, run unknown.
     pub const WHITE_FLOOR: f64 = 0.03;
-    /// Whitened residuals beyond this many standard deviations count linearly: bursts and the kinks
-    /// of starts and stops. Tuned on the own bench, run unknown; 1 of 2,000 normal rows is beyond
-    /// it.
-    pub const HUBER: f64 = 3.5;
     /// Lengths of the blocks whose scores are taken for independent, s: noise with a long memory
     /// scatters more over long ones. Tuned on the own bench's autocorrelated and heteroscedastic
     /// sets, run unknown.
@@ -50,17 +46,12 @@ pub mod noise {
     pub const LEVELS: usize = 8;
     /// Least rows of a level. Derived: their mean square is then known to some 25 %.
     pub const LEAST_ROWS: usize = 40;
-    /// Rounds that settle what each measure explains beyond the others. Chosen; run unknown.
-    pub const ROUNDS: usize = 4;
+    /// Rounds that settle what each of several explains beyond the others: measures of the scatter,
+    /// times of a step in several runs. Chosen; run unknown.
+    pub const ROUNDS: usize = 3;
     /// Rows before and after that share in the jerk of a row. Derived: the filter's memory at some
     /// three rows per period of its cutoff.
     pub const REACH: usize = 2;
-    /// Tenths of a level's rows that its scatter is estimated from: the weights deal with the stray
-    /// one. Chosen.
-    pub const KEPT_TENTHS: usize = 9;
-    /// Mean of the lower nine tenths of the squares of a normal variable. Derived: (0.9 − 2 q φ(q))
-    /// / 0.9 at q = 1.645.
-    pub const KEPT_MEAN: f64 = 0.623;
 }
 
 /// Posing the problem: base, discrepancy, linearisation.
@@ -73,36 +64,26 @@ pub mod problem {
     /// that nearly repeat each other.
     pub const RIDGE: f64 = 1e-9;
     /// Total masses that differ by less than this share are one: they do not show the effect of
-    /// mass on power. Chosen: a scale's error and a battery's swap are below it, any payload worth
-    /// an estimate above.
+    /// mass on power, and one that is lighter than the empty robot by no more may be its own. Chosen:
+    /// a scale's error and a battery's swap are below it, any payload worth an estimate above.
     pub const ONE_MASS: f64 = 0.1;
-    /// Share of a signal's variance in the field that clean runs have to have for them to say
-    /// something about it. Tuned on a door that was shut in the clean runs
-    /// (tests/gap_user_effects.rs) and a measured slope; no bench.
-    pub const LEAST_SHOWN: f64 = 0.1;
-    /// A current or power whose squared correlation with the measured power is above this is a part
-    /// of it, no cause. Chosen: each side's current of a Husky has 0.3 to 0.7, an arm that is idle
-    /// in the clean runs next to nothing.
-    pub const MOST_FOLLOWED: f64 = 0.1;
+    /// Share of a variance below which it is next to none. Clean runs that have no more of a signal's
+    /// variance in the field say nothing about it. A current that explains no more of the measured
+    /// power's is no part of it, and may be a cause. Tuned on a door that was shut in the clean runs
+    /// (tests/gap_user_effects.rs) and a measured slope, no bench; each side's current of a Husky has
+    /// 0.3 to 0.7.
+    pub const NEXT_TO_NONE: f64 = 0.1;
     /// Longest delay of a measuring chain in clean runs, rows. Chosen: an encoder's mean over a
     /// sample and a sensor's over another.
     pub const MOST_DELAY_ROWS: f64 = 2.0;
     /// It is fitted to this share of a row. Derived: a hundredth of a row moves no score by a
     /// tenth.
     pub const DELAY_ACCURACY_ROWS: f64 = 0.01;
-    /// Changes of the power below this share of its greatest are taken for linear. Derived:
-    /// second-order terms are then below 1e-4.
-    pub const LINEAR: f64 = 0.01;
-    /// Relative uncertainty of every base parameter beyond its covariance. Tuned on the own bench,
-    /// run unknown.
-    pub const SLACK: f64 = 0.01;
     /// How much less is known of a parameter of which the base's fit knew nothing, sizes. Chosen:
     /// an order of magnitude.
     pub const UNKNOWN: f64 = 10.0;
-    /// A Gauss–Newton step is shortened so many times, at most …
+    /// A Gauss–Newton step is halved so many times, at most. Chosen.
     pub const HALVINGS: usize = 5;
-    /// … to this share each time.
-    pub const SHORTER: f64 = 0.4;
     /// A step that gains less in χ² was the last. Derived: a tenth of what one parameter gains by
     /// chance.
     pub const LEAST_STEP_GAIN: f64 = 0.1;
@@ -141,13 +122,16 @@ pub mod detect {
     /// docs/results/gap-judge.txt). Some sixty columns of normal scores ask for 3.5 only: what is
     /// above it stands for scores that are no normal variables. Steps and shapes had 5.5 before.
     pub const STRUCTURE: f64 = 5.3;
-    /// Share of a gain in χ² that is no difference: no term of the model is exact. So much of an
-    /// effect's own gain may be left as structure, or in another shape, and rivals that are worse by
-    /// less tie. Tuned for ties on the own bench, run unknown; what is left in structure and shape
-    /// had 0.015 and 0.006 before.
+    /// Share that is no difference: no term of the model is exact. So much of an effect's own gain in
+    /// χ² may be left as structure, or in another shape, and rivals that are worse by less tie. Every
+    /// parameter of the base is as uncertain beyond its covariance, and changes of the power below
+    /// this share of its greatest are taken for linear (second-order terms are then below 1e-4).
+    /// Tuned for ties on the own bench, run unknown; what is left in structure and shape had 0.015
+    /// and 0.006 before.
     pub const INEXACT: f64 = 0.01;
     /// Standard errors below which a difference is none: of two effects' fits (a tie), of the drives
-    /// that they predict, of a single run's step or mass from zero. Derived: 1 of 400 normal scores.
+    /// that they predict, of a single run's step or mass from zero. A row whose residual is beyond it
+    /// counts linearly: a burst, or the kink of a start. Derived: 1 of 400 normal scores.
     pub const NO_DIFFERENCE: f64 = 3.0;
     /// |z| that is noise whatever was searched for. Derived: the greatest of a hundred normal scores
     /// is below it in 95 of 100 sets. Asked for after 5.2 was left by a wrong pair of seed 901.
@@ -166,22 +150,18 @@ pub mod detect {
     /// row is no disturbance. Chosen.
     pub const MOST_SIGMAS: f64 = 6.0;
 
-    /// A mass below this share of the empty robot's is none. Chosen: an estimate's error, and a
-    /// battery that was left out.
-    pub const LIGHTEST: f64 = 0.9;
     /// By how much scores of single runs and times have to be higher than those of smooth functions
     /// to be as rare. Tuned on the own bench, run unknown; derived from normal scores it would be
     /// about 1.
     pub const MORE_LOOKS: f64 = 1.2;
-    /// What the search for a time costs, in χ²: the best of some fifty. Derived: 2 ln 50 = 7.8.
-    pub const TIME_PENALTY: f64 = 8.0;
     /// Share of a run at its ends in which no step is looked for: one there is next to none, or
     /// next to always. Chosen.
     pub const RUN_ENDS: f64 = 0.1;
     /// Times that are tried lie this far apart at least, s. Derived: some two periods of the
     /// filter's cutoff.
     pub const TIME_GRID_S: f64 = 1.0;
-    /// Times of a run, at most. Chosen for time.
+    /// Times that are tried in a run, at most; of so many the best gains 2 ln 120 = 9.6 in χ² by
+    /// chance. Chosen for time.
     pub const MOST_TIMES: f64 = 120.0;
     /// A floor's step is implausible beyond so many times the base's rolling resistance. Chosen:
     /// sand against tiles is some twenty.
@@ -203,9 +183,6 @@ pub mod name {
     /// So many times each effect is asked for again at most, and so many times the effects that
     /// there may be are named: a fit may end elsewhere than before, and go in a circle. Chosen.
     pub const MOST_ASKED: usize = 2;
-    /// Fits of a tied effect that are worse by more than this in χ² are no aim of a manoeuvre.
-    /// Derived: five standard errors.
-    pub const WAYS: f64 = 25.0;
     /// What each further column of a candidate costs, in χ². Derived: Akaike's criterion.
     pub const COLUMN_PENALTY: f64 = 2.0;
     /// Rows between delays at which a fit may begin. Derived: interpolation is at its worst half a
@@ -225,8 +202,6 @@ pub mod name {
     /// explains most of a single run is drawn towards that of the others' while these have none.
     /// Chosen: halves of 8 s down to the filter's memory.
     pub const TIME_STEPS_S: [f64; 7] = [8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.12];
-    /// Rounds over the runs: the time of one depends on those of the others. Chosen; run unknown.
-    pub const TIME_ROUNDS: usize = 3;
 }
 
 /// Confirmation on the locked runs.
@@ -236,9 +211,6 @@ pub mod confirm {
     /// on the own bench; "naming something that closes less than half is usually a wrong name" by a
     /// prototype.
     pub const LEAST_CLOSED: f64 = 0.5;
-    /// Times that are tried for a locked run's own step. Chosen for time: a quarter of a second in
-    /// a run of a minute.
-    pub const TIMES: u32 = 240;
 }
 
 /// Drives that distinguish the rivals of a tie.
@@ -286,15 +258,13 @@ pub mod power_only {
     /// Steps of runs are one and the same if they differ by no more than this share, or by
     /// [`NO_DIFFERENCE`](super::detect::NO_DIFFERENCE). As above.
     pub const SAME_SHARE: f64 = 0.25;
-    /// Open runs that have to show a step. Derived: once is no pattern.
+    /// Open runs that have to show a step, and returns to a level of rest. Derived: once is no
+    /// pattern.
     pub const LEAST_RUNS: usize = 2;
     /// Shortest rest that counts, s. As [`STEP_ERRORS`].
     pub const LEAST_REST_S: f64 = 5.0;
     /// Least share of the time that a rest is returned to. As [`STEP_ERRORS`].
     pub const LEAST_SHARE: f64 = 1.0 / 3.0;
-    /// How often it has to be returned to. Derived: a level that is met once is no level that the
-    /// power returns to.
-    pub const LEAST_RETURNS: usize = 2;
     /// A rest scatters no more than this many times as much as any other: motion is rougher than
     /// standing. As [`STEP_ERRORS`].
     pub const ROUGHER: f64 = 1.3;

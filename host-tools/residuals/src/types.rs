@@ -6,9 +6,9 @@ use nalgebra::DMatrix;
 use serde::{Serialize, Serializer};
 
 use super::noise::whiten::Whitener;
+use super::thresholds::detect::INEXACT;
 use super::thresholds::detect::{STRUCTURE, STRUCTURE_ALONE};
 use super::thresholds::name::{COLUMN_PENALTY, MOST_EFFECTS};
-use super::thresholds::problem::SLACK;
 use super::user::UserCandidates;
 
 /// Where the base comes from.
@@ -59,7 +59,7 @@ impl Default for Options {
             most_effects: MOST_EFFECTS,
             removed: Vec::new(),
             whitener: None,
-            slack: SLACK,
+            slack: INEXACT,
             misfit: 1.0,
             user: UserCandidates::default(),
         }

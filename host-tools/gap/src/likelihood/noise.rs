@@ -11,7 +11,7 @@ use statrs::function::gamma::ln_gamma;
 
 use super::precision::Precision;
 use super::priors::{
-    FREEDOMS, JERK_LEVELS, LEAST_SPIKE, LEVEL_ROWS, NORMAL, ORDER, POWER_LEVELS, STRAY, WHITE_FLOOR,
+    FREEDOMS, JERK_LEVELS, LEAST_SPIKE, LEVEL_ROWS, MOST_SIGMAS, NORMAL, ORDER, POWER_LEVELS, WHITE_FLOOR,
 };
 use super::rows::Kept;
 
@@ -91,7 +91,7 @@ impl Noise {
             .zip(&quiet)
             .flat_map(|(x, quiet)| x.iter().zip(quiet).filter(|(_, quiet)| **quiet).map(|(x, _)| *x))
             .collect();
-        let limit = STRAY * scale(&steady)?.max(1e-12);
+        let limit = MOST_SIGMAS * scale(&steady)?.max(1e-12);
         let lags = self.autocovariance(runs, &scaled, &quiet, limit)?;
         self.memory = yule_walker(&lags)?;
         let mut innovations: Vec<(f64, f64)> = Vec::new();
@@ -106,7 +106,7 @@ impl Noise {
         if values.len() < 2 * ORDER {
             return None;
         }
-        let bound = STRAY * scale(&values)?.max(1e-12);
+        let bound = MOST_SIGMAS * scale(&values)?.max(1e-12);
         let mean = |values: &mut dyn Iterator<Item = f64>| {
             let (sum, count) = values.fold((0.0, 0.0), |(s, n), z| (s + z.abs().min(bound).powi(2), n + 1.0));
             (sum, count)

@@ -63,8 +63,10 @@ pub const WITHOUT_STEP: [f64; 2] = [0.05, 0.4];
 pub const WRONG_MASS: f64 = 0.25;
 /// Times that are tried in a run, at most. Chosen for time.
 pub const MOST_TIMES: f64 = 30.0;
-/// Most of a switch of rolling resistance, times that of the base, as `thresholds::detect`.
-pub use residuals::thresholds::detect::{MOST_ROLLING, RUN_ENDS};
+/// Most of a switch of rolling resistance, and where in a run no step is looked for; values beyond
+/// so many standard deviations count as if they were there while memory and scales are told. As the
+/// rules' own.
+pub use residuals::thresholds::detect::{MOST_ROLLING, MOST_SIGMAS, RUN_ENDS};
 
 /// Order of the autoregression, kept rows. As the rules' own.
 pub use residuals::thresholds::noise::ORDER;
@@ -87,10 +89,6 @@ pub const LEAST_SPIKE: f64 = 1e-4;
 pub const FREEDOMS: [f64; 8] = [2.5, 3.0, 4.0, 5.0, 7.0, 10.0, 20.0, NORMAL];
 /// From here on Student's t is normal.
 pub const NORMAL: f64 = 100.0;
-/// Values beyond this many standard deviations count as if they were there while memory and
-/// scales are told. Derived: one of 500 million normal ones is.
-pub const STRAY: f64 = 6.0;
-
 /// Causes further behind the first than this cannot win by their bend, nats. Derived: what
 /// linear rankings were seen to be off by is a share of the gain; see [`NEAR_SHARE`].
 pub const NEAR: f64 = 20.0;

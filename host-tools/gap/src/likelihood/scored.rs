@@ -4,6 +4,7 @@ use model::effects::{
     Candidate, Detail, PAYLOAD_MISLABEL, Regressor, Runs, STATIC_STEP, SURFACE_SWITCH, Switched,
 };
 use rayon::prelude::*;
+use residuals::thresholds::problem::ONE_MASS;
 
 use super::evidence::{Marginal, Reduced, Totals, Variances, reduce};
 use super::normal::{log_mean, log_sum};
@@ -381,7 +382,7 @@ fn mislabelled(posed: &Posed<'_>, field: &[usize], wrong: &[usize], evidence: f6
     let runs = &posed.predictor.runs.runs;
     let masses = |run: usize| runs[run].rows.iter().map(|row| row.mass);
     let heaviest = field.iter().flat_map(|&run| masses(run)).fold(0.0, f64::max);
-    let empty = residuals::thresholds::detect::LIGHTEST * posed.predictor.runs.robot.range().no_load();
+    let empty = (1.0 - ONE_MASS) * posed.predictor.runs.robot.range().no_load();
     let mut wrong: Vec<usize> = wrong.iter().map(|place| field[*place]).collect();
     wrong.sort_unstable();
     let least = wrong.iter().map(|&run| -(masses(run).fold(f64::INFINITY, f64::min) - empty).max(0.0));

@@ -4,7 +4,7 @@ use answers::inspect::{Block, StaticPower, StaticState};
 use numerics::robust::scale;
 
 use super::read::PowerRun;
-use residuals::thresholds::power_only::{LEAST_REST_S, LEAST_RETURNS, LEAST_SHARE, ROUGHER, WANDER_S};
+use residuals::thresholds::power_only::{LEAST_REST_S, LEAST_RUNS, LEAST_SHARE, ROUGHER, WANDER_S};
 
 /// A level that the power stays at, from a time to another.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -156,7 +156,7 @@ impl Search<'_> {
         let (Some(first), Some(last)) = (visits.first(), visits.last()) else { return false };
         let span = last.to_s - first.from_s;
         let held: f64 = rest.visits.iter().map(|(from, to)| to - from).sum();
-        rest.visits.len() >= LEAST_RETURNS
+        rest.visits.len() >= LEAST_RUNS
             && held >= LEAST_SHARE * span
             && self.is_held(rest)
             && self.levels[level].std_w

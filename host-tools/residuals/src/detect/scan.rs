@@ -12,10 +12,8 @@ use crate::predictor::State;
 use crate::problem::Problem;
 use crate::problem::panel::Panel;
 use crate::problem::times::cost_of_a_time;
-use crate::thresholds::detect::{
-    LIGHTEST, MOST_ROLLING, MOST_TIMES, NO_DIFFERENCE, RUN_ENDS, STRUCTURE, TIME_GRID_S, TIME_PENALTY,
-};
-use crate::thresholds::problem::LEAST_SHARE;
+use crate::thresholds::detect::{MOST_ROLLING, MOST_TIMES, NO_DIFFERENCE, RUN_ENDS, STRUCTURE, TIME_GRID_S};
+use crate::thresholds::problem::{LEAST_SHARE, ONE_MASS};
 
 /// The best time of a step in each run, and in all runs together.
 struct Times {
@@ -69,7 +67,10 @@ pub(super) fn candidates(problem: &Problem<'_>, state: &State) -> Vec<(Candidate
             && let Some(term) = what.from(at)
         {
             let detail = Detail::At { at_s: at };
-            scored.push((entry.candidate(vec![Regressor::Term(term)], range, detail, TIME_PENALTY), z.abs()));
+            scored.push((
+                entry.candidate(vec![Regressor::Term(term)], range, detail, cost_of_a_time(1)),
+                z.abs(),
+            ));
         }
         if let Some((at, sum)) = one_size(&times)
             && sum > STRUCTURE
@@ -96,7 +97,7 @@ pub(super) fn candidates(problem: &Problem<'_>, state: &State) -> Vec<(Candidate
                 single.iter().map(|(run, _)| problem.predictor.runs.runs[*run].name.clone()).collect();
             let at = single.iter().map(|(_, at)| Some(*at)).collect();
             let detail = Detail::InRuns { runs: Runs::Named(names), at_s: Some(at) };
-            let search = (TIME_PENALTY + chance) * regressors.len() as f64;
+            let search = (cost_of_a_time(1) + chance) * regressors.len() as f64;
             let most = times.runs.iter().flatten().map(|(_, z)| z.abs()).fold(0.0, f64::max);
             scored.push((entry.candidate(regressors, range, detail, search), most));
         }
@@ -141,7 +142,7 @@ fn wrong_masses(scores: &[(usize, f64)], least: [f64; 2], open: usize) -> Vec<Ve
 fn mislabelled(problem: &Problem<'_>, wrong: Vec<Regressor>, detail: Detail, search: f64) -> Candidate {
     let masses = |run: usize| problem.predictor.runs.runs[run].rows.iter().map(|row| row.mass);
     let heaviest = (0..problem.predictor.runs.runs.len()).flat_map(masses).fold(0.0, f64::max);
-    let empty = LIGHTEST * problem.predictor.runs.robot.range().no_load();
+    let empty = (1.0 - ONE_MASS) * problem.predictor.runs.robot.range().no_load();
     let least: Vec<f64> = wrong
         .iter()
         .filter_map(Regressor::run)

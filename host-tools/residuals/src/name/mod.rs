@@ -10,7 +10,6 @@ use self::hypothesis::{
 use super::detect::Structure;
 use super::predictor::State;
 use super::problem::Problem;
-use super::thresholds::name::WAYS;
 use super::thresholds::problem::MOST_FIT_STEPS;
 use super::types::{Options, Round, Scored, Status};
 use rayon::prelude::*;
@@ -125,7 +124,7 @@ pub fn name(
     let worth_asking = |other: &&Hypothesis| {
         let is_best = !seen.contains(&other.candidate.id);
         seen.push(other.candidate.id.clone());
-        is_best || other.penalised < winner.penalised + WAYS
+        is_best || other.penalised < winner.penalised + width
     };
     let others = plausible.iter().filter(|&&place| place != first).map(|&place| &hypotheses[place]);
     let others = others.filter(worth_asking).cloned().collect();

@@ -10,7 +10,8 @@ use numerics::robust::scale_of_sizes;
 use self::regression::{Columns, Regression};
 use self::spread::Spread;
 use self::whiten::{Signal, Whitener};
-use super::thresholds::noise::{BLOCKS_S, HUBER, LEAST_QUIET, PASSES, QUIETER};
+use super::thresholds::detect::NO_DIFFERENCE;
+use super::thresholds::noise::{BLOCKS_S, LEAST_QUIET, PASSES, QUIETER};
 
 /// Which runs the autoregression of the noise is estimated from.
 #[derive(Debug, Clone, Copy)]
@@ -149,7 +150,7 @@ impl Noise {
         for ((plain, spread), weights) in plain.iter().zip(&spread).zip(&mut self.weights) {
             let rows = plain.iter().zip(spread).zip(weights.iter_mut());
             for ((x, spread), weight) in rows.filter(|(_, weight)| **weight > 0.0) {
-                *weight = (HUBER * usual * spread / x.abs().max(1e-300)).min(1.0).sqrt() / spread;
+                *weight = (NO_DIFFERENCE * usual * spread / x.abs().max(1e-300)).min(1.0).sqrt() / spread;
                 sum += (*weight * x).powi(2);
                 count += 1.0;
             }

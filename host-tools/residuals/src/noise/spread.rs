@@ -5,9 +5,10 @@
 //! as much as steady ones. With equal weights they would drown the steady rows.
 
 use logs::runs::Runs;
+use numerics::robust::scale_of_sizes;
 
 use super::whiten::Signal;
-use crate::thresholds::noise::{KEPT_MEAN, KEPT_TENTHS, LEAST_ROWS, LEVELS, REACH, ROUNDS};
+use crate::thresholds::noise::{LEAST_ROWS, LEVELS, REACH, ROUNDS};
 
 /// How the scatter depends on the three measures, as factors of the variance.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,14 +37,19 @@ impl Spread {
         let mut spread = Self { edges, factors: std::array::from_fn(|_| vec![1.0; LEVELS]) };
         for _ in 0..ROUNDS {
             for m in 0..3 {
-                let mut squares: Vec<Vec<f64>> = vec![Vec::new(); LEVELS];
+                let mut sizes: Vec<Vec<f64>> = vec![Vec::new(); LEVELS];
                 for (place, row) in rows() {
                     let at = std::array::from_fn(|m| measures[m][place][row]);
-                    squares[level(&spread.edges[m], at[m])]
-                        .push(residual[place][row].powi(2) / spread.variance(&at));
+                    sizes[level(&spread.edges[m], at[m])]
+                        .push(residual[place][row].abs() / spread.variance(&at).sqrt());
                 }
-                for (factor, squares) in spread.factors[m].iter_mut().zip(squares) {
-                    *factor *= scatter(squares);
+                for (factor, mut sizes) in spread.factors[m].iter_mut().zip(sizes) {
+                    // The weights deal with stray rows.
+                    if sizes.len() >= LEAST_ROWS
+                        && let Some(scale) = scale_of_sizes(&mut sizes)
+                    {
+                        *factor *= scale.powi(2).max(1e-12);
+                    }
                 }
             }
         }
@@ -80,17 +86,6 @@ fn edges_of(mut values: Vec<f64>) -> Vec<f64> {
 
 fn measures(runs: &Runs) -> [Signal; 3] {
     [jerk(runs), acceleration(runs), power(runs)]
-}
-
-/// Mean square without the stray tenth, which the weights deal with.
-fn scatter(mut squares: Vec<f64>) -> f64 {
-    if squares.len() < LEAST_ROWS {
-        return 1.0;
-    }
-    squares.sort_by(f64::total_cmp);
-    squares.truncate(squares.len() * KEPT_TENTHS / 10);
-    // Of a normal variable the lower nine tenths of squares have a mean of 0.623.
-    (squares.iter().sum::<f64>() / squares.len() as f64 / KEPT_MEAN).max(1e-12)
 }
 
 fn acceleration(runs: &Runs) -> Signal {

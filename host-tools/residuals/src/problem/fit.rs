@@ -8,7 +8,7 @@ use super::Problem;
 use super::panel::Products;
 use crate::noise::whiten::Signal;
 use crate::predictor::State;
-use crate::thresholds::problem::{HALVINGS, LEAST_STEP_GAIN, SHORTER};
+use crate::thresholds::problem::{HALVINGS, LEAST_STEP_GAIN};
 
 /// A state fitted with all its effects.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,7 +51,7 @@ impl Problem<'_> {
                 break;
             }
             let values = equations.solution();
-            let shares = (0..HALVINGS as i32).map(|halving| SHORTER.powi(halving));
+            let shares = (0..HALVINGS as i32).map(|halving| 0.5_f64.powi(halving));
             let mut tried = shares.map(|share| {
                 let next = self.step(&state, &values, share);
                 let losses = self.losses(&next);

@@ -5,13 +5,14 @@ use model::effects::{Regressor, Switched};
 use super::Problem;
 use super::fit::{Fitted, RunLoss};
 use crate::predictor::State;
-use crate::thresholds::detect::{MOST_TIMES, RUN_ENDS, TIME_GRID_S, TIME_PENALTY};
-use crate::thresholds::name::{CHANCE, TIME_ROUNDS, TIME_STEPS_S};
+use crate::thresholds::detect::{MOST_TIMES, RUN_ENDS, TIME_GRID_S};
+use crate::thresholds::name::{CHANCE, TIME_STEPS_S};
+use crate::thresholds::noise::ROUNDS;
 
-/// χ² that the search for a step's time gains by chance in one of `runs` runs; the choice of the
-/// run counts, too.
+/// χ² that the search for a step's time gains by chance in one of `runs` runs: that of the best of
+/// all times in all runs.
 pub(crate) fn cost_of_a_time(runs: usize) -> f64 {
-    TIME_PENALTY + 2.0 * (runs as f64).ln()
+    2.0 * (MOST_TIMES * runs as f64).ln()
 }
 
 impl Problem<'_> {
@@ -24,7 +25,7 @@ impl Problem<'_> {
         let mut times = times.to_vec();
         let field: Vec<usize> =
             (0..times.len()).filter(|&run| !self.predictor.runs.runs[run].clean).collect();
-        for _ in 0..TIME_ROUNDS {
+        for _ in 0..ROUNDS {
             let before = fitted.loss;
             let mut search = Search::new(self, &fitted.state, what, times);
             let mut moved = false;
