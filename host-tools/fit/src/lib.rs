@@ -49,7 +49,7 @@ use support::metrics::Quality;
 
 use self::assess::Uncertainty;
 use self::dataset::{Dataset, Kept, Reading};
-use self::form::{Form, Judged, Term};
+use self::form::{Choice, Form, Judged, Term};
 pub use self::of_runs::of_runs;
 use self::pilot::Pilots;
 use self::usable::{Defect, MassEffect};
@@ -210,7 +210,8 @@ pub fn choose_form(
 }
 
 /// Terms that a fit of these logs would take beyond those that `core` and the model `known` of them
-/// have, by unseen blocks: none for what this version fitted to them.
+/// have, by unseen blocks: none for what this version fitted to them. What a fit would leave out
+/// again is not lacking.
 ///
 /// # Errors
 /// A log that cannot be read.
@@ -224,8 +225,16 @@ pub fn lacking(
     mass_kg: f64,
 ) -> Result<Vec<Judged>> {
     let pilots = Pilots::read(context, robot, files, mass_kg)?;
-    let judged = form::choose(robot, core, terms, &pilots, &|_| false, Some(known)).judged;
-    Ok(judged.into_iter().filter(|judged| judged.taken).collect())
+    let Choice { form, mut judged, .. } = form::choose(robot, core, terms, &pilots, &|_| false, Some(known));
+    judged.retain(|judged| judged.taken);
+    if judged.iter().any(|judged| judged.term == Term::GearLoss) {
+        let reading = Reading { gate: Gate::Signed, cutoff_hz: None, mass_kg };
+        let core = core.clone().with_conditioning(form.conditioning);
+        let mut dataset = Dataset::read(context, robot, core, files, &reading)?;
+        dataset.free_terms = form.free_terms;
+        form::keep_what_stays(&mut judged, &physical::solve(&dataset, robot));
+    }
+    Ok(judged)
 }
 
 /// Fits the model to what was read.
@@ -249,7 +258,7 @@ pub fn fit(
     let (model, ending, iterations, weights) = match kind {
         ModelKind::Signed => {
             let solution = physical::solve(dataset, robot);
-            if let Some(at) = solution.at_bounds.iter().find(|at| at.is_of_gear_loss()) {
+            if let Some(at) = solution.unusable_gear_loss() {
                 let mut without = dataset.clone();
                 without.free_terms.gear_loss = None;
                 let mut fit = fit(robot, &without, kind, method, pgd)?;

@@ -26,7 +26,7 @@ use serde::Serialize;
 use self::candidate::{Errors, Problem, Trial, Unseen, free_terms};
 pub use self::nested::Form;
 pub use self::term::{TERMS, TERMS_WITH_GYRO, Term};
-use super::physical::MOST_STEPS;
+use super::physical::{MOST_STEPS, Solution};
 use super::pilot::Pilots;
 
 /// Fewer blocks tell nothing.
@@ -128,6 +128,13 @@ pub(super) fn choose(
         }
     }
     choice
+}
+
+/// Drops what a fit to all rows leaves out again.
+pub(super) fn keep_what_stays(judged: &mut Vec<Judged>, solution: &Solution) {
+    if solution.unusable_gear_loss().is_some() {
+        judged.retain(|judged| judged.term != Term::GearLoss);
+    }
 }
 
 /// Block by block.

@@ -11,9 +11,10 @@ use model_core::torque::TorqueModel;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use super::super::physical::{Bounds, FreeTerms, MOST_GEAR_LOSS, solve_within};
 use super::super::pilot::Pilots;
 use super::term::delays;
-use super::{Choice, TERMS, TERMS_WITH_GYRO, Term, choose};
+use super::{Choice, Judged, TERMS, TERMS_WITH_GYRO, Term, choose, keep_what_stays};
 
 const PERIOD_S: f64 = 0.05;
 const ROWS: usize = 4000;
@@ -246,6 +247,25 @@ fn the_loss_of_a_gear_is_found() {
     let choice = chosen(Truth { gear_loss: 0.2, ..Truth::default() }, 1);
     assert_eq!(taken(&choice), [Term::GearLoss], "{choice:?}");
     assert_eq!(choice.form.free_terms.gear_loss, Some(0.0));
+}
+
+/// A gear that loses more than a fit takes: its loss ends at the bound, and no refit would have it.
+#[test]
+fn a_loss_that_a_fit_leaves_out_is_not_lacking() {
+    let (robot, core) = husky();
+    let kept = |gear_loss: f64| {
+        let truth = Truth { gear_loss, ..Truth::default() };
+        let core = Chassis::new(&core);
+        let rows = log(&husky().1, truth, 1).condition(&core, ROWS).unwrap();
+        let free_terms = FreeTerms { gear_loss: Some(0.0), ..FreeTerms::default() };
+        let bounds = Bounds::of(&core, rows.all(), robot.motor(), free_terms);
+        let solution = solve_within(rows.all(), robot.drive(), &bounds);
+        let judged = |term| Judged { term, gain: 0.1, std_err: Some(0.01), taken: true };
+        let mut judged = vec![judged(Term::Delay), judged(Term::GearLoss)];
+        keep_what_stays(&mut judged, &solution);
+        judged.len()
+    };
+    assert_eq!([0.2, 1.5 * MOST_GEAR_LOSS].map(kept), [2, 1]);
 }
 
 /// Any braking drives the motor back where friction does not pass the gear, and hard braking alone

@@ -84,6 +84,13 @@ pub struct Solution {
     pub at_bounds: Vec<AtBound>,
 }
 
+impl Solution {
+    /// A gear's loss that ended at its bound: the rows do not determine it, and a fit leaves it out.
+    pub fn unusable_gear_loss(&self) -> Option<&AtBound> {
+        self.at_bounds.iter().find(|at| at.is_of_gear_loss())
+    }
+}
+
 /// Rows on which starts are tried: they are drawn evenly from the store.
 const TRIAL_ROWS: usize = 4096;
 
