@@ -7,15 +7,16 @@
 use std::collections::BTreeSet;
 
 use logs::runs::Runs;
+use model::effects::Regressor;
 
 use super::likelihood::Gate;
 use super::likelihood::posterior::smallest_sure;
 use super::likelihood::priors::SURE;
 use super::likelihood::question::Question;
-use super::likelihood::round::Asked;
+use super::likelihood::round::{Asked, Known};
 use super::likelihood::scored::Scales;
 use super::report::{Report, Rival};
-use residuals::types::{Base, Options, Verdict};
+use residuals::types::{Base, Named, Options, Verdict};
 
 /// Probabilities below this share are not said.
 const LEAST_SAID: f64 = 0.01;
@@ -52,43 +53,61 @@ impl Report {
         }
     }
 
+    /// Weighs each name, the others being known.
     fn held_to_probabilities(self, asked: &Asked<'_>) -> Self {
-        // Of several names each explains what the others leave.
-        if self.effects.len() != 1 {
-            return self;
-        }
-        let Some(weighed) = asked.weighed(&[]) else { return self };
-        self.held_to(weighed.among_effects())
+        let of = |named: &Named| (named.candidate.clone(), named.coefficients.clone());
+        let known: Vec<Known> = self.effects.iter().map(of).collect();
+        // Places of runs are those of the open ones; here all take part.
+        let is_of_runs =
+            |regressor: &Regressor| regressor.run().is_some() || matches!(regressor, Regressor::Switch(..));
+        let has_runs = |(candidate, _): &Known| candidate.regressors.iter().any(is_of_runs);
+        (0..known.len()).fold(self, |report, place| {
+            let mut others = known.clone();
+            let (named, _) = others.remove(place);
+            if !report.verdict.stands() || others.iter().any(has_runs) {
+                return report;
+            }
+            match asked.weighed(&others) {
+                Some(weighed) => report.held_to(&named.id, &weighed.among_effects()),
+                None => report,
+            }
+        })
     }
 
-    /// Takes the name back if it is improbable among the listed effects, with all that it ties
-    /// with. Of a tie, strikes the rivals that are outside the smallest sure set; an effect that is
-    /// likelier than the name joins it. Whether it is something else is for the rules to say: a
+    /// Takes the names back if this one is improbable among the listed effects, with all that it
+    /// ties with. Of its tie, strikes the rivals that are outside the smallest sure set; an effect
+    /// that is likelier than the name joins it. Whether it is something else is for the rules to say: a
     /// measured robot always has something else, too. `shares`: ids and probabilities, the
     /// likeliest first.
-    fn held_to(mut self, shares: Vec<(String, f64)>) -> Self {
-        let named = self.effects[0].candidate.id.clone();
-        let Some(place) = shares.iter().position(|(id, _)| *id == named) else { return self };
-        let is_tied = |id: &String| *id == named || self.ambiguous_with.contains(id);
+    fn held_to(mut self, named: &str, shares: &[(String, f64)]) -> Self {
+        let Some(place) = shares.iter().position(|(id, _)| id == named) else { return self };
+        let is_own = |tie: &[Rival]| tie.first().is_some_and(|first| first.candidate.id == named);
+        let is_in = |id: &str, own: bool| {
+            let mut ties = self.ties.iter().filter(|tie| is_own(tie) == own).flatten();
+            ties.any(|rival| rival.candidate.id == id)
+        };
+        let is_tied = |id: &String| id == named || self.ambiguous_with.contains(id) && !is_in(id, false);
         let tied: Vec<&(String, f64)> = shares.iter().filter(|(id, _)| is_tied(id)).collect();
         let all: f64 = tied.iter().map(|(_, share)| share).sum();
-        let rivals = shares.iter().filter(|(_, share)| *share >= LEAST_SAID).cloned().collect();
+        let said = shares.iter().filter(|(_, share)| *share >= LEAST_SAID).cloned();
         if all < 1.0 - SURE {
-            return Self { rivals, ..self.without_names(Verdict::Unexplained) };
+            return Self { rivals: said.collect(), ..self.without_names(Verdict::Unexplained) };
         }
         let sure = smallest_sure(tied.iter().map(|(_, share)| *share), all);
         let kept = shares[..place].iter().chain(tied[..sure].iter().copied()).map(|(id, _)| id);
         // What one mass cannot tell apart is in doubt without a tie, and stays so.
-        let is_in_a_tie = |id: &String| self.ties.iter().flatten().any(|rival| rival.candidate.id == *id);
-        let doubted = self.ambiguous_with.iter().filter(|id| !is_in_a_tie(id));
-        let others: BTreeSet<String> = kept.chain(doubted).filter(|id| **id != named).cloned().collect();
+        let doubted = self.ambiguous_with.iter().filter(|id| is_in(id, false) || !is_in(id, true));
+        let others: BTreeSet<String> = kept.chain(doubted).filter(|id| *id != named).cloned().collect();
         let is_kept = |rival: &Rival| rival.candidate.id == named || others.contains(&rival.candidate.id);
-        self.ties.iter_mut().for_each(|tie| tie.retain(is_kept));
+        self.ties.iter_mut().filter(|tie| is_own(tie)).for_each(|tie| tie.retain(is_kept));
+        // Beside others only the name's own: each is asked among other effects.
+        let is_alone = self.effects.len() == 1;
+        self.rivals.extend(said.filter(|(id, _)| is_alone || id == named));
         self.verdict = if others.is_empty() { Verdict::Named } else { Verdict::Ambiguous };
         if others.is_empty() {
             self.ties.clear();
         }
-        Self { ambiguous_with: others.into_iter().collect(), rivals, ..self }
+        Self { ambiguous_with: others.into_iter().collect(), ..self }
     }
 }
 
@@ -108,8 +127,8 @@ mod tests {
         };
         report.ties = vec![["grade"].iter().chain(&in_doubt[..tied]).map(|id| rival(id)).collect()];
         report.ambiguous_with = in_doubt.iter().map(|&id| id.to_owned()).collect();
-        let shares = shares.iter().map(|&(id, share)| (id.to_owned(), share)).collect();
-        let held = report.held_to(shares);
+        let shares: Vec<_> = shares.iter().map(|&(id, share)| (id.to_owned(), share)).collect();
+        let held = report.held_to("grade", &shares);
         (held.verdict, held.ambiguous_with)
     }
 

@@ -134,9 +134,24 @@ pub fn percent(share: f64) -> String {
     format!("{:.0} %", 100.0 * share)
 }
 
+/// A probability as percent: none is sure.
+pub fn probability(probability: f64) -> String {
+    match probability {
+        p if p > 0.99 => "over 99 %".to_owned(),
+        p if p < 0.01 => "below 1 %".to_owned(),
+        p => percent(p),
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{quantity, signed_watts, watts};
+    use super::{probability, quantity, signed_watts, watts};
+
+    #[test]
+    fn no_probability_is_sure() {
+        let said = [1.0, 0.991, 0.99, 0.344, 0.01, 0.004].map(probability);
+        assert_eq!(said, ["over 99 %", "over 99 %", "99 %", "34 %", "1 %", "below 1 %"].map(str::to_owned));
+    }
 
     #[test]
     fn figures_have_the_digits_that_their_error_allows() {

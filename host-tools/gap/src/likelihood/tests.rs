@@ -1,6 +1,8 @@
 //! The model against a covariance that nothing was integrated out of, on pure noise, and on runs
 //! with an effect.
 
+use std::slice::from_ref;
+
 use logs::robot::Robot;
 use logs::runs::{RawRun, Row, Rows, Runs};
 use model::effects::{Candidate, Regressor};
@@ -286,29 +288,50 @@ fn an_improbable_rival_is_struck() {
     assert!(report.rivals[0].1 > 0.99, "{:?}", report.rivals);
 }
 
-/// A slope is named where the left wheel drags: it is taken back.
-#[test]
-fn an_improbable_name_is_taken_back() {
+/// Names of the rules, weighed beside clean runs: field runs with these effects.
+fn named(field: &[(Regressor, f64)], names: &[(Regressor, f64)]) -> Report {
     let mut normal = Normal(23);
     let clean = runs(6, &[], &mut normal);
-    let field = runs(6, &[(Regressor::Term(Term::Drag(0)), 0.03)], &mut normal);
+    let field = runs(6, field, &mut normal);
     let base = base(TorqueModel::from_array(TORQUE));
     let options = Options::default();
     let question = Question::of(&field, Some(&clean), &base, &options);
-    let named = |regressor: Regressor, size| {
+    let given = example::report(Verdict::Named);
+    let named = |(regressor, size): &(Regressor, f64)| {
         let with = |candidate: &&Candidate| candidate.regressors == [regressor.clone()];
         let candidate = question.testable.list.iter().find(with).unwrap().clone();
-        let given = example::report(Verdict::Named);
-        let named = Named { candidate, coefficients: vec![size], ..given.effects[0].clone() };
-        let report = Report { effects: vec![named], ..given };
-        report.weighed(&field, &clean, &base, &options, LEVEL)
+        Named { candidate, coefficients: vec![*size], ..given.effects[0].clone() }
     };
-    let slope = named(Regressor::Term(Term::GradeAhead), 0.01);
+    let report = Report { effects: names.iter().map(named).collect(), ..given.clone() };
+    report.weighed(&field, &clean, &base, &options, LEVEL)
+}
+
+/// A slope is named where the left wheel drags: it is taken back.
+#[test]
+fn an_improbable_name_is_taken_back() {
+    let drags = (Regressor::Term(Term::Drag(0)), 0.03);
+    let slope = named(from_ref(&drags), &[(Regressor::Term(Term::GradeAhead), 0.01)]);
     assert_eq!((slope.verdict, slope.effects.len()), (Verdict::Unexplained, 0), "{:?}", slope.rivals);
     let headline = crate::report::summary::headline(&slope);
     assert!(headline.contains("would be named, but wheel-drag is likelier"), "{headline}");
-    let drag = named(Regressor::Term(Term::Drag(0)), 0.03);
+    let drag = named(from_ref(&drags), from_ref(&drags));
     assert_eq!((drag.verdict, drag.effects.len()), (Verdict::Named, 1), "{:?}", drag.rivals);
+}
+
+/// The left wheel drags and the road slopes. Both names stay; thicker grease beside the drag is none.
+#[test]
+fn each_of_two_names_is_weighed_beside_the_other() {
+    let drag = (Regressor::Term(Term::Drag(0)), 0.06);
+    let slope = (Regressor::Term(Term::GradeAhead), 0.02);
+    let both = [drag.clone(), slope];
+    let right = named(&both, &both);
+    assert_eq!(right.verdict, Verdict::Named, "{:?}", right.rivals);
+    let ids: Vec<&str> = right.rivals.iter().map(|(id, _)| id.as_str()).collect();
+    assert_eq!(ids, ["wheel-drag", "grade"]);
+    assert!(right.rivals.iter().all(|(_, share)| *share > 0.95), "{:?}", right.rivals);
+    let wrong = named(&both, &[drag, (Regressor::Term(Term::Viscous), 0.002)]);
+    assert_eq!((wrong.verdict, wrong.effects.len()), (Verdict::Unexplained, 0), "{:?}", wrong.rivals);
+    assert_eq!(wrong.rivals[0].0, "grade");
 }
 
 /// From coefficients that are a fifth off, the base goes back to the one that made the clean runs.

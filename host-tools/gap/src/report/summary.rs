@@ -77,8 +77,12 @@ pub fn text(report: &Report) -> String {
 /// How probable each cause is; `None` where it is not known.
 fn probabilities(report: &Report) -> Option<String> {
     let all = report.probabilities();
-    let each = all.iter().map(|(name, probability)| format!("{name} {:.1} %", 100.0 * probability));
-    let among = if report.likelihood.is_some() { "" } else { " among the listed effects" };
+    let each = all.iter().map(|(name, probability)| format!("{name} {}", words::probability(*probability)));
+    let among = match (&report.likelihood, report.effects.len()) {
+        (Some(_), _) => "",
+        (None, 0 | 1) => " among the listed effects",
+        (None, _) => " among the listed effects, the other names being known",
+    };
     (!all.is_empty()).then(|| format!("Probability{among}: {}.", each.collect::<Vec<_>>().join(", ")))
 }
 
