@@ -346,11 +346,6 @@ impl DriveReader {
         self.weighed.is_some() || self.reader.has(self.slots.mass)
     }
 
-    /// Whether the log has wheel accelerations.
-    pub fn has_acceleration(&self) -> bool {
-        self.slots.acceleration.is_some()
-    }
-
     /// Names of the runs seen so far, indexed by [`Record::run`].
     pub fn run_names(&self) -> &[String] {
         self.reader.run_names()

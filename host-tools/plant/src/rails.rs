@@ -159,11 +159,6 @@ impl PowerTree {
         }
     }
 
-    /// Whether the computer is at work.
-    pub fn is_computer_busy(&self) -> bool {
-        self.computer.busy
-    }
-
     /// The rails' powers and voltages at a time, s, that never goes back, while the drives draw
     /// `actuation_w`.
     pub fn supply(&mut self, time_s: f64, actuation_w: f64) -> [Supply; RAILS] {
