@@ -81,11 +81,12 @@ def main():
                             ("below size 0.45", [l for l in known if l["reached"][0] < 0.45])]:
             if some:
                 figures(title, some)
-        for robot in dict.fromkeys(l["robot"] for l in known):
-            figures(f"{robot}, size reached 0.45 and more", [l for l in known if l["robot"] == robot and l["reached"][0] >= 0.45])
-        if known:
+        large = [l for l in known if l["reached"][0] >= 0.45]
+        for robot in dict.fromkeys(l["robot"] for l in large):
+            figures(f"{robot}, size reached 0.45 and more", [l for l in large if l["robot"] == robot])
+        if large:
             print("by effect, size reached 0.45 and more")
-            confusion([l for l in known if l["reached"][0] >= 0.45])
+            confusion(large)
         told = [l for l in here if probabilities(l) and len(l["effect"]) < 2 and set(l["effect"]) <= set(DICTIONARY)]
         if told:
             print(f"reliability, {len(told)} sets with one effect or none")
