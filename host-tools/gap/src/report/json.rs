@@ -22,8 +22,9 @@ Keys of --json, always all there; watts and SI units; null where something is no
                      columns coefficient is the greatest in size (of a slope in a direction of the world its size), and
                      detail has all as coefficients and std_errs, in the order of detail.runs where they belong to runs
   ambiguous_with     ids of effects that explain as much, or are likelier
-  rivals             probability of each effect among those of the list, by its id, from 1 % on. A
-                     name below 5 % is taken back. Null where it is not known
+  rivals             probability of each effect among those of the list, by its id, from 1 % on; of
+                     several names only theirs, the others being known. A name below 5 % is taken
+                     back. Null where it is not known
   suggested_profile  file with a drive that parts them, or null
   manoeuvre          what to drive where there is a tie, and what is expected of it; null without one
   gap_before_w       RMS of measured less predicted power over the locked runs, behind the filter
