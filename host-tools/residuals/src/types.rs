@@ -6,8 +6,7 @@ use nalgebra::DMatrix;
 use serde::{Serialize, Serializer};
 
 use super::noise::whiten::Whitener;
-use super::thresholds::detect::INEXACT;
-use super::thresholds::detect::{STRUCTURE, STRUCTURE_ALONE};
+use super::thresholds::detect::{INEXACT, STRUCTURE, STRUCTURE_ALONE};
 use super::thresholds::name::{COLUMN_PENALTY, MOST_EFFECTS};
 use super::user::UserCandidates;
 

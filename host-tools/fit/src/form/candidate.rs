@@ -41,7 +41,7 @@ pub(super) struct Problem<'a> {
     loss: Loss,
     /// Where searches begin; at all starts where nothing is known.
     known: Option<Parameters>,
-    /// Steps from all starts to the plain form.
+    /// Steps to the plain form, over all starts.
     pub(super) steps: u32,
     /// Length of a block, s; infinite where a block is a whole run.
     block_s: f64,

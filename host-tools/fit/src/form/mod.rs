@@ -87,8 +87,9 @@ pub(super) fn choose(
     let turning = if terms.contains(&Term::TrueSlip) { pilots.with_gyro() } else { None };
     let turning = turning.as_ref().map(|pilots| Problem::new(robot, core, pilots, held_out, known));
     let mut turning = turning.filter(|problem| problem.folds.len() >= LEAST_BLOCKS);
-    // The form without the next term, which takes a search from all starts: once for all terms that
-    // are judged on the same rows (with a gyro or not) and folds (by their numbers or parameters).
+    // The form without the next term, which takes a search from all starts where no model is known:
+    // once for all terms that are judged on the same rows (with a gyro or not) and folds (by their
+    // numbers or parameters).
     let mut currents: Vec<([bool; 2], Trial)> = Vec::new();
     for _ in 0..ROUNDS {
         let mut took = false;

@@ -184,8 +184,9 @@ pub(super) fn probabilities(report: &Report) -> Result<Option<Markup>> {
     let all = report.probabilities();
     let rows: Vec<_> =
         all.iter().map(|(id, probability)| (first_letters(id), vec![(0, 100.0 * probability)])).collect();
-    let Some(likeliest) = rows.first() else { return Ok(None) };
-    let about = format!("{} is the likeliest, with {:.1} %.", likeliest.0, likeliest.1[0].1);
+    let Some((likeliest, probability)) = all.first() else { return Ok(None) };
+    let about =
+        format!("{} is the likeliest, with {}.", first_letters(likeliest), words::probability(*probability));
     let height = 140 + 26 * rows.len() as u32;
     let title = "How probable each cause is";
     let bars = Bars {
