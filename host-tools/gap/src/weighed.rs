@@ -61,32 +61,41 @@ impl Report {
         let is_of_runs =
             |regressor: &Regressor| regressor.run().is_some() || matches!(regressor, Regressor::Switch(..));
         let has_runs = |(candidate, _): &Known| candidate.regressors.iter().any(is_of_runs);
-        (0..known.len()).fold(self, |report, place| {
+        let tied: Vec<Vec<String>> = known.iter().map(|(named, _)| self.tied_with(&named.id)).collect();
+        tied.iter().enumerate().fold(self, |report, (place, tied)| {
             let mut others = known.clone();
             let (named, _) = others.remove(place);
             if !report.verdict.stands() || others.iter().any(has_runs) {
                 return report;
             }
             match asked.weighed(&others) {
-                Some(weighed) => report.held_to(&named.id, &weighed.among_effects()),
+                Some(weighed) => report.held_to(&named.id, tied, &weighed.among_effects()),
                 None => report,
             }
         })
     }
 
+    /// What the rules doubt this name for: its tie, and what no tie has.
+    fn tied_with(&self, named: &str) -> Vec<String> {
+        let is_of_another = |id: &String| {
+            let mut others = self.ties.iter().filter(|tie| !begins(tie, named)).flatten();
+            others.any(|rival| rival.candidate.id == *id)
+        };
+        self.ambiguous_with.iter().filter(|id| !is_of_another(id)).cloned().collect()
+    }
+
     /// Takes the names back if this one is improbable among the listed effects, with all that it
     /// ties with. Of its tie, strikes the rivals that are outside the smallest sure set; an effect
     /// that is likelier than the name joins it. Whether it is something else is for the rules to say: a
-    /// measured robot always has something else, too. `shares`: ids and probabilities, the
-    /// likeliest first.
-    fn held_to(mut self, named: &str, shares: &[(String, f64)]) -> Self {
+    /// measured robot always has something else, too. `tied_with`: what the rules doubt it for.
+    /// `shares`: ids and probabilities, the likeliest first.
+    fn held_to(mut self, named: &str, tied_with: &[String], shares: &[(String, f64)]) -> Self {
         let Some(place) = shares.iter().position(|(id, _)| id == named) else { return self };
-        let is_own = |tie: &[Rival]| tie.first().is_some_and(|first| first.candidate.id == named);
         let is_in = |id: &str, own: bool| {
-            let mut ties = self.ties.iter().filter(|tie| is_own(tie) == own).flatten();
+            let mut ties = self.ties.iter().filter(|tie| begins(tie, named) == own).flatten();
             ties.any(|rival| rival.candidate.id == id)
         };
-        let is_tied = |id: &String| id == named || self.ambiguous_with.contains(id) && !is_in(id, false);
+        let is_tied = |id: &String| id == named || tied_with.contains(id);
         let tied: Vec<&(String, f64)> = shares.iter().filter(|(id, _)| is_tied(id)).collect();
         let all: f64 = tied.iter().map(|(_, share)| share).sum();
         let said = shares.iter().filter(|(_, share)| *share >= LEAST_SAID).cloned();
@@ -95,11 +104,11 @@ impl Report {
         }
         let sure = smallest_sure(tied.iter().map(|(_, share)| *share), all);
         let kept = shares[..place].iter().chain(tied[..sure].iter().copied()).map(|(id, _)| id);
-        // What one mass cannot tell apart is in doubt without a tie, and stays so.
+        // What one mass cannot tell apart is in doubt without a tie, as is what joined another name.
         let doubted = self.ambiguous_with.iter().filter(|id| is_in(id, false) || !is_in(id, true));
         let others: BTreeSet<String> = kept.chain(doubted).filter(|id| *id != named).cloned().collect();
         let is_kept = |rival: &Rival| rival.candidate.id == named || others.contains(&rival.candidate.id);
-        self.ties.iter_mut().filter(|tie| is_own(tie)).for_each(|tie| tie.retain(is_kept));
+        self.ties.iter_mut().filter(|tie| begins(tie, named)).for_each(|tie| tie.retain(is_kept));
         // Beside others only the name's own: each is asked among other effects.
         let is_alone = self.effects.len() == 1;
         self.rivals.extend(said.filter(|(id, _)| is_alone || id == named));
@@ -109,6 +118,11 @@ impl Report {
         }
         Self { ambiguous_with: others.into_iter().collect(), ..self }
     }
+}
+
+/// Whether a tie is that of this name.
+fn begins(tie: &[Rival], named: &str) -> bool {
+    tie.first().is_some_and(|first| first.candidate.id == named)
 }
 
 #[cfg(test)]
@@ -128,7 +142,8 @@ mod tests {
         report.ties = vec![["grade"].iter().chain(&in_doubt[..tied]).map(|id| rival(id)).collect()];
         report.ambiguous_with = in_doubt.iter().map(|&id| id.to_owned()).collect();
         let shares: Vec<_> = shares.iter().map(|&(id, share)| (id.to_owned(), share)).collect();
-        let held = report.held_to("grade", &shares);
+        let tied = report.tied_with("grade");
+        let held = report.held_to("grade", &tied, &shares);
         (held.verdict, held.ambiguous_with)
     }
 
@@ -149,6 +164,21 @@ mod tests {
         assert_eq!(joined, (Verdict::Ambiguous, ids(&["windage"])));
         let struck = weighed(&["windage"], 1, &[("grade", 0.99), ("windage", 0.01)]);
         assert_eq!(struck, (Verdict::Named, vec![]));
+    }
+
+    /// What is likelier than the first name has to be in the first one's tie: it is no reason to
+    /// keep the second.
+    #[test]
+    fn what_joined_another_name_keeps_none() {
+        let mut report = report(Verdict::Named);
+        report.effects.truncate(2);
+        let tied = ["grade", "viscous-change"].map(|name| report.tied_with(name));
+        let shares =
+            |name: &str, share: f64| vec![("windage".to_owned(), 1.0 - share), (name.to_owned(), share)];
+        let joined = report.held_to("grade", &tied[0], &shares("grade", 0.4));
+        assert_eq!(joined.ambiguous_with, ids(&["windage"]));
+        let held = joined.held_to("viscous-change", &tied[1], &shares("viscous-change", 0.03));
+        assert_eq!(held.verdict, Verdict::Unexplained);
     }
 
     /// No probability says more than the drives do.
