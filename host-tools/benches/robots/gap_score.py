@@ -21,14 +21,14 @@ def main():
     lines = [json.loads(line) for line in open(sys.argv[2])]
     failed = [l for l in lines if "error" in l]
     lines = [{**l, "judged": judge(l)} for l in lines if "error" not in l]
-    for robot, engine in dict.fromkeys((l["robot"], l["engine"]) for l in lines):
-        own = [l for l in lines if (l["robot"], l["engine"]) == (robot, engine)]
+    for robot in dict.fromkeys(l["robot"] for l in lines):
+        own = [l for l in lines if l["robot"] == robot]
         known, free = [l for l in own if l["effect"]], [l for l in own if not l["effect"]]
         foreign = [l for l in known if l["effect"][0] in FOREIGN]
         if foreign:
             verdicts = Counter(l["verdict"] for l in foreign)
             kin = sum(l["verdict"] == "named" and set(l["named"]) <= KIN.get(l["effect"][0], set()) for l in foreign)
-            print(f"{robot}, {engine}: {len(foreign)} sets with a cause off the list: named {verdicts['named']} ({kin} of them a part of the "
+            print(f"{robot}: {len(foreign)} sets with a cause off the list: named {verdicts['named']} ({kin} of them a part of the "
                   f"cause), in a tie {verdicts['ambiguous']}, unexplained {verdicts['unexplained']}, none {verdicts['none']}")
             for l in foreign:
                 print(f"  {l['effect'][0]:<18} seed {l['seed']}: {l['verdict']:<12} {', '.join(l['named'])}"
@@ -39,7 +39,7 @@ def main():
             return 100.0 * sum(l["judged"] in what for l in known) / max(len(known), 1)
 
         alarms = [l for l in free if l["judged"] == "alarm"]
-        print(f"{robot}, {engine}: {len(known)} sets with an effect: right {share('right', 'twins'):.1f} %, in the set of names "
+        print(f"{robot}: {len(known)} sets with an effect: right {share('right', 'twins'):.1f} %, in the set of names "
               f"{share('right', 'twins', 'tie', 'extra'):.1f} %, wrong {share('WRONG'):.1f} %; alarms in {len(alarms)} of {len(free)} sets without")
         print("  " + "effect".ljust(28) + "".join(o.rjust(12) for o in ORDER) + "   named instead, or with it")
         for effect in dict.fromkeys(l["effect"][0] for l in known):

@@ -1,9 +1,9 @@
 """Sets for the gap workflow on the MuJoCo robots: six clean runs, ten in the field with an effect or none; and gmr's answer.
 
     python gap_sets.py OUT.jsonl --gmr PATH --work FOLDER [--free 100] [--free-other 25] [--robots …] [--effects … | --foreign]
-                       [--seeds 1 6] [--engines rules likelihood] [--jobs 2]
+                       [--seeds 1 6] [--jobs 2]
 
-One line of JSON a set and engine, as tests/reference/gap_judge/tally.py reads it. Sets without effect draw their drives from those of all
+One line of JSON a set, as tests/reference/gap_judge/tally.py reads it. Sets without effect draw their drives from those of all
 seeds and get sensor noise of their own, some of another kind.
 """
 
@@ -83,7 +83,7 @@ def write(folder, records, plant, seed, effect, number, kind=KINDS[0], seeds=(1,
 
 
 def run(task):
-    gmr, work, robot, seed, effect, number, kind, seeds, engines = task
+    gmr, work, robot, seed, effect, number, kind, seeds = task
     plant = PLANTS[robot]
     folder = work / "sets" / f"{robot}_{effect or 'free'}_{seed}_{number}"
     shutil.rmtree(folder, ignore_errors=True)
@@ -96,19 +96,16 @@ def run(task):
         base = folder / "base.toml"
         gmr.fit(folder / toml, base, sorted((folder / "clean").glob("*.csv")))
         logs = sorted((folder / "field").glob("*.csv"))
-        lines = []
-        for engine in engines:
-            start = time.time()
-            answer = gmr.json("gap", "--robot", folder / toml, "--coeffs", base, "--engine", engine, *logs, folder=folder)
-            effects = answer["effects"]
-            lines.append({**line, "engine": engine, "verdict": answer["verdict"], "named": [e["id"] for e in effects],
-                          "ties": answer["ambiguous_with"], "posterior": answer["posterior"],
-                          "coefficients": [[e["id"], e["coefficient"], e["std_err"]] for e in effects],
-                          "closed": answer["gap_closed"], "before": answer["gap_before_w"], "after": answer["gap_after_w"],
-                          "floor": answer["noise_floor_w"], "outcome": [], "seconds": time.time() - start})
-        return lines
+        start = time.time()
+        answer = gmr.json("gap", "--robot", folder / toml, "--coeffs", base, *logs, folder=folder)
+        effects = answer["effects"]
+        return {**line, "verdict": answer["verdict"], "named": [e["id"] for e in effects],
+                "ties": answer["ambiguous_with"], "rivals": answer["rivals"],
+                "coefficients": [[e["id"], e["coefficient"], e["std_err"]] for e in effects],
+                "closed": answer["gap_closed"], "before": answer["gap_before_w"], "after": answer["gap_after_w"],
+                "floor": answer["noise_floor_w"], "outcome": [], "seconds": time.time() - start}
     except Failed as error:
-        return [{**line, "engine": engine, "error": str(error)} for engine in engines]
+        return {**line, "error": str(error)}
     finally:
         shutil.rmtree(folder, ignore_errors=True)
 
@@ -124,7 +121,6 @@ def main():
     parser.add_argument("--effects", nargs="+", default=list(EFFECTS))
     parser.add_argument("--foreign", action="store_true", help="causes that the dictionary lacks in the place of effects")
     parser.add_argument("--seeds", nargs=2, type=int, default=[1, 6])
-    parser.add_argument("--engines", nargs="+", choices=["rules", "likelihood"], default=["rules"])
     parser.add_argument("--jobs", type=int, default=2)
     a = parser.parse_args()
     gmr, work = Gmr(a.gmr), a.work.resolve()
@@ -134,14 +130,14 @@ def main():
     todo = []
     for robot in a.robots:
         for seed in range(first, end):
-            todo += [(gmr, work, robot, seed, effect, 0, KINDS[0], a.seeds, a.engines) for effect in a.effects]
+            todo += [(gmr, work, robot, seed, effect, 0, KINDS[0], a.seeds) for effect in a.effects]
             # Before others need them: the drives without effect.
-            todo.insert(0, (gmr, work, robot, seed, None, 0, KINDS[0], a.seeds, a.engines))
+            todo.insert(0, (gmr, work, robot, seed, None, 0, KINDS[0], a.seeds))
         kinds = [KINDS[0]] * max(a.free - count, 0) + [kind for kind in KINDS[1:] for _ in range(a.free_other)]
-        todo += [(gmr, work, robot, first + k % count, None, k, kind, a.seeds, a.engines) for k, kind in enumerate(kinds, count)]
+        todo += [(gmr, work, robot, first + k % count, None, k, kind, a.seeds) for k, kind in enumerate(kinds, count)]
     with Pool(a.jobs) as pool, open(a.out, "w") as out:
-        for lines in pool.imap_unordered(run, todo):
-            out.writelines(json.dumps(line) + "\n" for line in lines)
+        for line in pool.imap_unordered(run, todo):
+            out.write(json.dumps(line) + "\n")
             out.flush()
 
 

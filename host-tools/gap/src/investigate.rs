@@ -128,7 +128,6 @@ pub fn investigate(runs: &Runs, clean: Option<&Runs>, base: &Base, options: &Opt
         refit: Vec::new(),
         ties: findings.ties.into_iter().map(|tie| tie.into_iter().map(rival).collect()).collect(),
         rivals: Vec::new(),
-        likelihood: None,
         relabelled: None,
         notes: Vec::new(),
         basis: Some(Basis {

@@ -1,8 +1,8 @@
 //! Where model and measurement disagree, which effect is missing, and what remains once it is
 //! added.
 //!
-//! [`investigate`] detects and names with [`residuals`], then [`confirm`]s and [`report`]s; or
-//! [`likelihood`] answers in their place. Its face: [`workflow::gap`], from files to the answer.
+//! [`investigate`] detects and names with [`residuals`], then [`confirm`]s; [`weighed`] holds the
+//! names to one [`likelihood`] of all effects, and [`report`] says what is left. Its face: [`workflow::gap`], from files to the answer.
 #![deny(clippy::print_stderr, clippy::print_stdout)]
 
 pub mod bench;

@@ -330,7 +330,6 @@ mod tests {
     use logs::robot::Robot;
 
     use crate::bench::{Case, one, sets::noises, typical};
-    use crate::workflow::Engine;
 
     /// More viscous friction explains more than either of air drag and rolling resistance; with it
     /// named, the other two are not found.
@@ -340,7 +339,7 @@ mod tests {
         let mut effects = typical().unwrap();
         effects.retain(|effect| both.contains(&effect.id()));
         let case = Case { effects, size: 1.0, seed: 927, noise: noises()[0], removed: Vec::new() };
-        let mut named = one(&Robot::named("burger").unwrap(), &case, Engine::Rules).unwrap().named;
+        let mut named = one(&Robot::named("burger").unwrap(), &case).unwrap().named;
         named.sort();
         assert_eq!(named, ["rolling-resistance-change", "windage"]);
     }

@@ -8,18 +8,42 @@ use std::collections::BTreeSet;
 
 use logs::runs::Runs;
 use model::effects::Regressor;
+use support::error::Result;
 
+use super::clean_base;
+use super::investigate;
 use super::likelihood::Gate;
+use super::likelihood::asked::{Asked, Known};
 use super::likelihood::posterior::smallest_sure;
 use super::likelihood::priors::SURE;
 use super::likelihood::question::Question;
-use super::likelihood::round::{Asked, Known};
 use super::likelihood::scored::Scales;
 use super::report::{Report, Rival};
 use residuals::types::{Base, Named, Options, Verdict};
 
 /// Probabilities below this share are not said.
 const LEAST_SAID: f64 = 0.01;
+
+/// Analyses what field runs have that clean ones lack. `level` is that of the gate: how often a gap
+/// may be reported of runs without any.
+///
+/// # Errors
+/// Too few runs, or runs without steady rows.
+pub fn investigate(
+    runs: &Runs,
+    clean: Option<&Runs>,
+    base: &Base,
+    options: &Options,
+    level: f64,
+) -> Result<Report> {
+    let given = base.torque;
+    let Some(clean) = clean else { return investigate::investigate(runs, None, base, options) };
+    let base = &Base { torque: clean_base::fitted(clean, base), ..base.clone() };
+    let report = investigate::investigate(runs, Some(clean), base, options)?;
+    // A simulator's runs and measured ones cannot change places.
+    let report = if base.of_simulator { report } else { report.weighed(runs, clean, base, options, level) };
+    Ok(report.about(given))
+}
 
 impl Report {
     /// Takes back a gap that relabelled runs show as well, and names that are improbable.
@@ -38,7 +62,7 @@ impl Report {
         let posed = asked.posed(&[]).ok_or("too few steady rows tell the noise of the power".to_owned());
         let gate = posed.and_then(|posed| {
             let scales = Scales::told(&posed).ok_or("sums of products are no numbers")?;
-            Gate::of(&posed, &[], &scales, asked.level)
+            Gate::of(&posed, &scales, asked.level)
         });
         match gate {
             Ok(gate) => {
@@ -68,8 +92,8 @@ impl Report {
             if !report.verdict.stands() || others.iter().any(has_runs) {
                 return report;
             }
-            match asked.weighed(&others) {
-                Some(weighed) => report.held_to(&named.id, tied, &weighed.among_effects()),
+            match asked.among_effects(&others) {
+                Some(shares) => report.held_to(&named.id, tied, &shares),
                 None => report,
             }
         })

@@ -23,13 +23,12 @@ use support::overwrite::{self, Form};
 use support::progress::StageProgress;
 
 use crate::driven_plant::Simulated;
-use crate::investigate::investigate;
 use crate::manoeuvre::{Suggestion, Wish};
 use crate::report::json::Beside;
 use crate::report::{Report, json, page};
 use crate::simulator::export::Changes;
 use crate::simulator::{Simulator, Source, Told};
-use crate::{clean_base, driven_plant, extension, likelihood, manoeuvre, power_only, refit};
+use crate::{driven_plant, extension, manoeuvre, power_only, refit, weighed};
 use residuals::thresholds::calibrate::LEAST_RUNS;
 use residuals::types::{Base, Options, Verdict};
 use residuals::user::{self, UserCandidates};
@@ -67,53 +66,8 @@ pub struct Request<'a> {
     pub wish: Wish,
     /// Whether other files are written over, and unusable coefficients are accepted.
     pub force: bool,
-    /// The engine that decides.
-    pub engine: Engine,
     /// How often a name or a gap may be reported of runs that have none, by relabelled runs.
     pub level: f64,
-}
-
-/// What decides which effect is missing.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Engine {
-    /// Thresholds, ties and confirmation.
-    Rules,
-    /// One likelihood (experimental).
-    Likelihood,
-}
-
-impl Engine {
-    /// Analyses what field runs have that clean ones lack. `level` is that of the gate: how often a
-    /// name or a gap may be reported of runs without any.
-    ///
-    /// # Errors
-    /// Too few runs, or runs without steady rows.
-    pub fn investigate(
-        self,
-        runs: &Runs,
-        clean: Option<&Runs>,
-        base: &Base,
-        options: &Options,
-        level: f64,
-    ) -> Result<Report> {
-        let given = base.torque;
-        let base = &match clean {
-            Some(clean) => Base { torque: clean_base::fitted(clean, base), ..base.clone() },
-            None => base.clone(),
-        };
-        let report = match self {
-            Self::Rules => {
-                let report = investigate(runs, clean, base, options)?;
-                match clean {
-                    // A simulator's runs and measured ones cannot change places.
-                    Some(clean) if !base.of_simulator => report.weighed(runs, clean, base, options, level),
-                    _ => report,
-                }
-            }
-            Self::Likelihood => likelihood::investigate(runs, clean, base, options, level)?,
-        };
-        Ok(report.about(given))
-    }
 }
 
 /// The answer.
@@ -278,7 +232,7 @@ fn answer(context: &Context, request: &Request<'_>) -> Result<Answer> {
         }
     }
     let progress = StageProgress::new(context, "looking for what the model lacks");
-    let report = request.engine.investigate(&runs, clean.as_ref(), &base, &options, request.level)?;
+    let report = weighed::investigate(&runs, clean.as_ref(), &base, &options, request.level)?;
     let report = match (&simulator, &fitted) {
         (None, Some(_)) => {
             let refit = refit::asked_for(context, robot, &runs.robot, &base, &clean_logs, mass, &report)?;

@@ -7,7 +7,7 @@ use gap::likelihood::LEVEL;
 use gap::manoeuvre::Wish;
 use gap::manoeuvre::room::Room;
 use gap::report::{json, summary};
-use gap::workflow::{Answer, Engine, Request, gap};
+use gap::workflow::{Answer, Request, gap};
 use logs::arguments::{Log, UnitArguments, paths};
 use logs::robot::FOUND;
 use plant::PlantSet;
@@ -77,10 +77,6 @@ pub(crate) struct Arguments {
     /// On a tie: a drive that stays in a room of this length and width, m
     #[arg(long, value_name = "LENGTHxWIDTH", value_parser = room)]
     room: Option<Room>,
-    /// By what it is decided: rules, or one likelihood of all causes with their probabilities
-    /// (experimental)
-    #[arg(long, value_enum, default_value_t = By::Rules)]
-    engine: By,
     /// How often something may be said of runs that have nothing new: what is seen when other runs
     /// are called the field may reach as much in this share of cases
     #[arg(long, value_name = "SHARE", default_value_t = LEVEL, value_parser = level)]
@@ -114,28 +110,9 @@ pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
         profile: &arguments.profile,
         wish: Wish { probability: arguments.probability, room: arguments.room },
         force: arguments.overwrite.force,
-        engine: arguments.engine.engine(),
         level: arguments.level,
     };
     show(&gap(context, &request)?, arguments)
-}
-
-/// By what it is decided what is missing.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub(super) enum By {
-    /// Thresholds, ties and confirmation on locked runs
-    Rules,
-    /// One likelihood of all causes
-    Likelihood,
-}
-
-impl By {
-    pub(super) fn engine(self) -> Engine {
-        match self {
-            Self::Rules => Engine::Rules,
-            Self::Likelihood => Engine::Likelihood,
-        }
-    }
 }
 
 /// A share of relabelled sets.

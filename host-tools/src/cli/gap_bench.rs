@@ -8,7 +8,6 @@ use logs::robot::Robot;
 use support::error::Result;
 use support::output::print_json;
 
-use super::gap::By;
 use super::{gap_bench_json as as_json, gap_bench_text as text};
 
 /// Arguments of `gmr gap-bench`.
@@ -44,9 +43,6 @@ pub(crate) struct Arguments {
     /// count how often the 95 % interval holds
     #[arg(long)]
     coverage: bool,
-    /// By what it is decided: rules, or one likelihood (experimental); of the plain sets
-    #[arg(long, value_enum, default_value_t = By::Rules, conflicts_with_all = ["manoeuvre", "coverage"])]
-    engine: By,
     /// Print every set
     #[arg(long)]
     all: bool,
@@ -89,7 +85,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         text::print_coverage(&covered, all);
         return Ok(());
     }
-    let outcomes = bench::run(&robot, &cases, arguments.engine.engine(), &bar)?;
+    let outcomes = bench::run(&robot, &cases, &bar)?;
     bar.finish_and_clear();
     if json {
         return print_json(&as_json::outcomes(&outcomes));

@@ -10,7 +10,7 @@ use plant::gear::Gear;
 use plant::{Columns, Effect, Kinematics, PayloadSchedule, PlantSet, ProfileKind, Scenario};
 use serde_json::Value;
 
-const KEYS: [&str; 29] = [
+const KEYS: [&str; 28] = [
     "version",
     "verdict",
     "effects",
@@ -33,7 +33,6 @@ const KEYS: [&str; 29] = [
     "rounds",
     "clean_structure",
     "refit",
-    "posterior",
     "relabelled",
     "notes",
     "noise_floor_how",

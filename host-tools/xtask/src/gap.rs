@@ -13,11 +13,10 @@ use crate::steps::{Steps, Stop, command};
 const JUDGE: &str = "host-tools/tests/reference/gap_judge";
 
 /// All 21 effects at half the noise, each with two seeds that no constant was tuned on; effect-free
-/// sets; what the dictionary lacks; by both engines. Pairs. And the coverage of the mass interval
+/// sets; what the dictionary lacks. Pairs. And the coverage of the mass interval
 /// once the effects are added.
-const OWN: [&str; 4] = [
+const OWN: [&str; 3] = [
     "gap-bench --first-seed 1381 --seeds 2 --sizes 0.5 --free 16 --removed 1",
-    "gap-bench --first-seed 1381 --seeds 2 --sizes 0.5 --free 16 --removed 1 --engine likelihood",
     "gap-bench --first-seed 1401 --seeds 0 --free 0 --pairs 56 --sizes 1",
     "gap-bench --first-seed 501 --seeds 1 --sizes 1 --free 0 --coverage",
 ];

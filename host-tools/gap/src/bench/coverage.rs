@@ -17,7 +17,7 @@ use super::sets;
 use super::{Case, columns};
 use crate::extension;
 use crate::likelihood::LEVEL;
-use crate::workflow::Engine;
+use crate::weighed;
 use residuals::types::Options;
 
 /// Windows of this length, one after the other, s: those of the paper.
@@ -63,8 +63,7 @@ fn one(robot: &Robot, case: &Case) -> Result<Option<Covered>> {
     let field = sets::field(&effects, case.noise.noise);
     let raw = sets::record(&field.field(case.seed), columns)?;
     let runs = clean.runs.condition_alike(&clean.runs.robot, raw.clone())?;
-    let report =
-        Engine::Rules.investigate(&runs, Some(&clean.runs), &clean.base, &Options::default(), LEVEL)?;
+    let report = weighed::investigate(&runs, Some(&clean.runs), &clean.base, &Options::default(), LEVEL)?;
     let (written, kept) = extension::written(&report);
     let as_on_board = Runs::condition(&clean.runs.robot, raw)?;
     let Some(worth) = extension::of(&as_on_board, &report, &kept, &clean.noise) else { return Ok(None) };

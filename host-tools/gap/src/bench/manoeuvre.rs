@@ -13,7 +13,7 @@ use super::sets::{self, Clean};
 use super::{Case, columns};
 use crate::likelihood::LEVEL;
 use crate::report::Report;
-use crate::workflow::Engine;
+use crate::weighed;
 use residuals::thresholds::manoeuvre::RUNS;
 use residuals::types::{Options, Verdict};
 
@@ -100,7 +100,7 @@ pub fn one(robot: &Robot, case: &Case) -> Result<Option<Parted>> {
 fn look(clean: &Clean, raw: &[RawRun], case: &Case) -> Result<(Runs, Report)> {
     let runs = clean.runs.condition_alike(&clean.runs.robot, raw.to_vec())?;
     let options = Options { removed: case.removed.clone(), ..Options::default() };
-    let report = Engine::Rules.investigate(&runs, Some(&clean.runs), &clean.base, &options, LEVEL)?;
+    let report = weighed::investigate(&runs, Some(&clean.runs), &clean.base, &options, LEVEL)?;
     Ok((runs, report))
 }
 

@@ -16,7 +16,7 @@ use support::error::{Error, Result};
 
 use self::sets::{NoiseKind, noises};
 use crate::likelihood::LEVEL;
-use crate::workflow::Engine;
+use crate::weighed;
 use residuals::types::{Options, Verdict};
 
 /// The effects that are hidden in a set of runs.
@@ -121,7 +121,7 @@ pub struct Outcome {
     pub seconds: f64,
     /// How the last round ended.
     pub note: String,
-    /// Of the likelihood: how probable the likeliest effect is.
+    /// How probable the first name is among the listed effects.
     pub probability: Option<f64>,
 }
 
@@ -137,8 +137,8 @@ pub fn typical() -> Result<Vec<Effect>> {
 ///
 /// # Errors
 /// What plant, fit and workflow refuse.
-pub fn run(robot: &Robot, cases: &[Case], engine: Engine, bar: &ProgressBar) -> Result<Vec<Outcome>> {
-    let mut outcomes = all(cases, bar, |case| one(robot, case, engine))?;
+pub fn run(robot: &Robot, cases: &[Case], bar: &ProgressBar) -> Result<Vec<Outcome>> {
+    let mut outcomes = all(cases, bar, |case| one(robot, case))?;
     outcomes.sort_by_key(|outcome| (count::label(outcome), outcome.case.size.to_bits(), outcome.case.seed));
     Ok(outcomes)
 }
@@ -156,7 +156,7 @@ fn all<T: Send>(
 ///
 /// # Errors
 /// As [`run`].
-pub fn one(robot: &Robot, case: &Case, engine: Engine) -> Result<Outcome> {
+pub fn one(robot: &Robot, case: &Case) -> Result<Outcome> {
     let columns = columns(case);
     let clean = sets::clean(robot, case.seed, case.noise.noise, columns)?;
     let effects = case.scaled()?;
@@ -164,7 +164,7 @@ pub fn one(robot: &Robot, case: &Case, engine: Engine) -> Result<Outcome> {
     let runs = clean.runs.condition_alike(&clean.runs.robot, raw)?;
     let options = Options { removed: case.removed.clone(), ..Options::default() };
     let started = Instant::now();
-    let report = engine.investigate(&runs, Some(&clean.runs), &clean.base, &options, LEVEL)?;
+    let report = weighed::investigate(&runs, Some(&clean.runs), &clean.base, &options, LEVEL)?;
     let seconds = started.elapsed().as_secs_f64();
     Ok(Outcome {
         case: Case { effects, ..case.clone() },
@@ -173,10 +173,10 @@ pub fn one(robot: &Robot, case: &Case, engine: Engine) -> Result<Outcome> {
         ties: report.ambiguous_with.clone(),
         closed: report.confirmed.closed,
         seconds,
-        probability: report
-            .likelihood
-            .as_ref()
-            .and_then(|likelihood| Some(likelihood.posterior.effects.first()?.probability)),
+        probability: report.effects.first().and_then(|named| {
+            let rival = report.rivals.iter().find(|(id, _)| *id == named.candidate.id)?;
+            Some(rival.1)
+        }),
         note: report.rounds.last().map_or(String::new(), |round| round.outcome.clone()),
     })
 }

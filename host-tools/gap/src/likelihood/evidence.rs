@@ -155,7 +155,7 @@ impl Nuisance {
     }
 }
 
-/// Integrates base and discrepancy out of sums; with `other` something else as well, of that
+/// Integrates base and discrepancy out of sums; with `other` what a form gets wrong as well, of that
 /// variance a function, in the field.
 pub fn reduce(totals: &Totals, shape: Shape, variances: &Variances, other: f64) -> Option<Reduced> {
     let (base, count, further) = (shape.base, shape.functions, shape.further());

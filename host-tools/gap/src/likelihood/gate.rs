@@ -1,10 +1,9 @@
 //! Would as much be seen if other runs were called the field?
 //!
 //! Without an effect, clean and field runs of like drives may change places. Each run tells how
-//! much of every cause it has. The greatest difference between field and clean runs is held against
-//! that of other labels. Where nothing is named, so is how much more field runs scatter. This is
-//! exact at any level (Westfall and Young 1993) but for two things that the given labels told: the
-//! variances, and the size about which a named effect is linear.
+//! much of every cause and smooth function it has. The greatest difference between field and clean
+//! runs is held against that of other labels, and so is how much more field runs scatter. This is
+//! exact at any level (Westfall and Young 1993) but for the variances, which the given labels told.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 use rand::SeedableRng;
@@ -13,13 +12,11 @@ use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::evidence::{Marginal, Totals, reduce};
-use super::extended::Extended;
-use super::priors::{BETWEEN_RUNS, LEAST_SHOWN, RELABELLED};
+use super::priors::{BETWEEN_RUNS, RELABELLED};
 use super::products::{Posed, RunProducts};
 use super::scored::Scales;
 use super::step_times::SingleRuns;
 use super::variances::{self, Solved};
-use super::ways::Way;
 
 /// What relabelled runs say.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,37 +33,23 @@ impl Gate {
         self.share > self.level
     }
 
-    /// Of some runs. `bent` are ways with the coefficients about which they are linear; where there
-    /// are none, every smooth function is asked as well.
+    /// Of some runs.
     ///
     /// # Errors
-    /// Why labels tell nothing: they can be changed in too few ways for the level, or clean runs
-    /// cannot show what was named.
-    pub fn of(
-        posed: &Posed<'_>,
-        bent: &[(&Way, &[f64])],
-        scales: &Scales,
-        level: f64,
-    ) -> Result<Self, String> {
+    /// Why labels tell nothing: they can be changed in too few ways for the level.
+    pub fn of(posed: &Posed<'_>, scales: &Scales, level: f64) -> Result<Self, String> {
         let labels: Vec<bool> = (0..posed.runs.len()).map(|run| posed.is_field(run)).collect();
         let field = labels.iter().filter(|label| **label).count();
         if choose(labels.len(), field).recip() > level {
             return Err(format!("these runs can be relabelled in too few ways for a level of {level}"));
         }
-        if let Some((way, _)) = bent.iter().find(|(way, _)| !shows_in_clean(posed, way)) {
-            return Err(format!("clean runs cannot show {}", way.candidate.id));
-        }
-        let causes = causes(posed, bent, scales, &labels).ok_or("sums of products are no numbers")?;
+        let causes = causes(posed, scales, &labels).ok_or("sums of products are no numbers")?;
         let greatest = |labels: &[bool]| {
             let signs =
                 DVector::from_iterator(labels.len(), labels.iter().map(|label| f64::from(u8::from(*label))));
             causes.iter().map(|cause| cause.difference(&signs)).fold(0.0, f64::max)
         };
-        // A name is of what all field runs share.
-        let scatter = match bent {
-            [] => scatter(posed, scales).ok_or("sums of products are no numbers")?,
-            _ => vec![0.0; labels.len()],
-        };
+        let scatter = scatter(posed, scales).ok_or("sums of products are no numbers")?;
         let of = |labels: &[bool]| [greatest(labels), more_in_field(&scatter, labels)];
         // With the given one as many as the level needs.
         let sets = RELABELLED.max(level.recip().ceil() as usize - 1);
@@ -115,73 +98,34 @@ fn more_in_field(values: &[f64], field: &[bool]) -> f64 {
     mean(true) - mean(false)
 }
 
-/// Whether clean runs would show an effect, if they had it.
-fn shows_in_clean(posed: &Posed<'_>, way: &Way) -> bool {
-    let first = posed.shape.further() + way.first;
-    let square = |run: usize| posed.runs[run].products[(first, first)];
-    let of = |field: bool| {
-        (0..posed.runs.len()).filter(|&run| posed.is_field(run) == field).map(square).sum::<f64>()
-    };
-    of(false) > LEAST_SHOWN * of(true)
-}
-
-/// Every cause that shows as one column.
-fn causes(
-    posed: &Posed<'_>,
-    bent: &[(&Way, &[f64])],
-    scales: &Scales,
-    labels: &[bool],
-) -> Option<Vec<Cause>> {
-    let ways = posed.mass_column() - posed.shape.further();
-    let extended = Extended::of(posed, bent, ways);
-    let shape = extended.shape;
+/// Every cause that shows as one column, and every smooth function.
+fn causes(posed: &Posed<'_>, scales: &Scales, labels: &[bool]) -> Option<Vec<Cause>> {
+    let (shape, end) = (posed.shape, posed.mass_column());
+    let products: Vec<DMatrix<f64>> =
+        posed.runs.iter().map(|run| run.products.view((0, 0), (end, end)).into_owned()).collect();
     let of = |wanted: bool| {
-        let runs = extended.products.iter().zip(labels);
+        let runs = products.iter().zip(labels);
         runs.filter(|(_, label)| **label == wanted).map(|(products, _)| products).collect::<Vec<_>>()
     };
-    let (start, groups) = (Some(&scales.variances), &extended.groups);
+    let (start, groups) = (Some(&scales.variances), &posed.groups);
     let variances = variances::told(&of(false), &of(true), shape, groups, &posed.base, start)?;
-    let sums = extended.at_their_sizes(bent);
-    let runs: Option<Vec<Marginal>> = extended
-        .products
-        .par_iter()
-        .map(|run| Marginal::of(&with_sums(run, &sums), shape, &variances.runs))
-        .collect();
-    let runs = runs?;
+    let runs = products.par_iter().map(|run| Marginal::of(run, shape, &variances.runs));
+    let runs: Vec<Marginal> = runs.collect::<Option<_>>()?;
     let totals = Totals::of(shape, labels.iter().copied().zip(&runs));
     let form = scales.cases[scales.likeliest()].form;
     let reduced = reduce(&totals, shape, &variances, form)?;
     let runs: Vec<(bool, &Marginal)> = labels.iter().copied().zip(&runs).collect();
     let further = shape.further();
-    let end = runs[0].1.products.ncols();
     let single = posed.ways.iter().filter(|way| way.units.len() == 1);
-    let mut asked: Vec<(usize, (f64, f64))> =
-        single.map(|way| (further + way.first, way.candidate.range)).collect();
     let any = (f64::NEG_INFINITY, f64::INFINITY);
-    asked.extend((end - sums.len()..end).map(|column| (column, (0.0, f64::INFINITY))));
-    if bent.is_empty() {
-        asked.extend((shape.first()..further).map(|column| (column, any)));
-    }
+    let functions = (shape.first()..further).map(|column| (column, any));
+    let asked: Vec<(usize, (f64, f64))> =
+        single.map(|way| (further + way.first, way.candidate.range)).chain(functions).collect();
     let cause = |(column, range): &(usize, (f64, f64))| {
         let columns: Vec<_> = runs.iter().map(|_| *column..*column + 1).collect();
         Cause::of(&SingleRuns::of(&reduced, shape, &runs, &columns), *range)
     };
     Some(asked.par_iter().filter_map(cause).collect())
-}
-
-/// Products with sums of columns behind them.
-fn with_sums(products: &DMatrix<f64>, sums: &[DVector<f64>]) -> DMatrix<f64> {
-    let size = products.nrows();
-    let mut all = products.clone().resize(size + sums.len(), size + sums.len(), 0.0);
-    for (k, sum) in sums.iter().enumerate() {
-        let column = products * sum;
-        all.view_mut((0, size + k), (size, 1)).copy_from(&column);
-        all.view_mut((size + k, 0), (1, size)).copy_from(&column.transpose());
-        for (other, earlier) in sums.iter().enumerate() {
-            all[(size + k, size + other)] = column.dot(earlier);
-        }
-    }
-    all
 }
 
 /// How much of a cause each run has, at each variance of that between runs.

@@ -1,11 +1,6 @@
 //! Every prior and every constant of the likelihood, each with its reason. None but [`FORM_ERRORS`]
 //! was set by what verdicts came of it.
 
-/// Probability that nothing is new. Derived: who asks has a suspicion, and no more than that.
-pub const NONE: f64 = 0.5;
-/// Probability of something that the dictionary lacks. Chosen: about that of two of its entries,
-/// so that a name has to explain clearly more than smooth functions do.
-pub const ELSE: f64 = 0.05;
 /// The smallest set of causes with this probability is the answer. Convention.
 pub const SURE: f64 = 0.95;
 
@@ -46,16 +41,10 @@ pub const RUN_SCALES: [f64; 5] = [0.1, 0.3, 1.0, 3.0, 10.0];
 /// next to nothing.
 pub const LOOSE: f64 = 1e-8;
 
-/// Sizes of "something else" in the field, standard deviations of the noise a function. Derived:
-/// from what an hour just shows to ten times the noise.
-pub const ELSE_SIZES: [f64; 5] = [0.01, 0.03, 0.1, 0.3, 1.0];
-/// What is of single runs: times the variance between clean runs. Chosen: decades.
-pub const ELSE_RUNS: [f64; 3] = [10.0, 100.0, 1000.0];
-/// Drift within a run: how far a walk gets in its time, standard deviations of the noise. Chosen:
-/// from what one run just shows.
-pub const ELSE_DRIFTS: [f64; 4] = [0.1, 0.3, 1.0, 3.0];
-/// Scatter: times the variance of the noise. Chosen: from what half an hour just shows.
-pub const ELSE_SCATTER: [f64; 5] = [1.5, 2.5, 5.0, 20.0, 100.0];
+/// Sizes of what a form gets wrong for which sums are reduced, standard deviations of the noise a
+/// function; the nearest one is taken. Derived: half decades, from what an hour hardly shows to ten
+/// times the noise.
+pub const FORM_SIZES: [f64; 6] = [0.003, 0.01, 0.03, 0.1, 0.3, 1.0];
 
 /// Share of runs without a step of their own, each as likely. Derived: few runs or most have one.
 pub const WITHOUT_STEP: [f64; 2] = [0.05, 0.4];
@@ -111,7 +100,3 @@ pub const RELABELLED: usize = 999;
 /// How much of a cause may differ between runs alike, standard deviations of the noise. Chosen:
 /// half decades up to what dwarfs any effect.
 pub const BETWEEN_RUNS: [f64; 6] = [0.0, 0.03, 0.1, 0.3, 1.0, 3.0];
-/// Least information of clean runs about an effect, as a share of the field's, for labels to mean
-/// anything. Chosen: a column that clean runs lack has none, and one that barely varies next to
-/// none.
-pub const LEAST_SHOWN: f64 = 1e-3;

@@ -48,8 +48,6 @@ pub struct Posed<'a> {
     pub predictor: Predictor<'a>,
     /// What it predicts.
     pub predicted: Predicted<'a>,
-    /// The same where clean runs may have effects, too.
-    pub free: Predicted<'a>,
     /// The base, and effects that are known already.
     pub start: State,
     /// Size of these, standard deviations of the noise.
@@ -247,7 +245,6 @@ impl<'a> Posed<'a> {
             known: sizes.sum::<f64>().sqrt(),
             predictor,
             predicted,
-            free,
             start,
             shape,
             groups: groups.collect(),
@@ -259,12 +256,6 @@ impl<'a> Posed<'a> {
             runs,
             power,
         })
-    }
-
-    /// The base of a run, with what is known of field runs.
-    pub fn start_of(&self, run: usize) -> State {
-        let effects = if self.is_field(run) { self.start.effects.clone() } else { Vec::new() };
-        State { torque: self.start.torque, effects }
     }
 
     /// Whether a run is in question.

@@ -6,8 +6,8 @@ use residuals::problem::clean_delay;
 use residuals::scope::Testable;
 use residuals::types::{Base, Options};
 
+use super::asked::Asked;
 use super::products::anywhere;
-use super::round::Asked;
 
 /// Clean and field runs, and what is asked of them.
 #[derive(Debug, Clone)]

@@ -7,7 +7,6 @@ use rayon::prelude::*;
 use super::delay::later;
 use super::evidence::{Marginal, Totals, reduce};
 use super::normal::log_mean;
-use super::predicted::Predicted;
 use super::priors::{BENT_SETTLED, BENT_STEPS, DELAY_STEPS, RUN_SCALES};
 use super::products::{Posed, RunProducts};
 use super::scored::Scales;
@@ -21,8 +20,6 @@ pub struct Bent {
     pub evidence: f64,
     /// Likeliest coefficients.
     pub coefficients: Vec<f64>,
-    /// Their covariance.
-    pub covariance: DMatrix<f64>,
     /// By how much likelier than none each field run is when the others tell of the cause, nats.
     pub by_run: Vec<f64>,
 }
@@ -75,7 +72,7 @@ pub fn about(posed: &Posed<'_>, scales: &Scales, way: &Way, start: &[f64]) -> Op
         let (case, place) = all.max_by(|a, b| prior(*a).total_cmp(&prior(*b)))?;
         let runs = marginals(posed, scales, &products, scales.cases[case].scale)?;
         let by_run = scales.by_run(posed, &runs, |totals| value(totals, case, shares[place]))?;
-        return Some(Bent { evidence, coefficients: coefficients.as_slice().to_vec(), covariance, by_run });
+        return Some(Bent { evidence, coefficients: coefficients.as_slice().to_vec(), by_run });
     }
     None
 }
@@ -108,23 +105,6 @@ pub fn delay(posed: &Posed<'_>, scales: &Scales, (low, high): (f64, f64)) -> f64
     each.into_iter().min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0.0, |best| best.0)
 }
 
-/// Units of a way's columns about some coefficients: their RMS in the field is the noise's.
-pub fn units(posed: &Posed<'_>, way: &Way, coefficients: &[f64]) -> Vec<f64> {
-    let field: Vec<usize> = (0..posed.runs.len()).filter(|&run| posed.is_field(run)).collect();
-    let of_run = |&run: &usize| {
-        let products = &posed.runs[run];
-        let power = vec![0.0; posed.predictor.runs.runs[run].rows.len()];
-        columns(&posed.predicted, &posed.start, products, run, way, coefficients, &power)
-    };
-    let all: Vec<DMatrix<f64>> = field.par_iter().map(of_run).collect();
-    let rows: f64 = all.iter().map(|columns| columns.nrows() as f64).sum();
-    let rms = |k: usize| {
-        let sum: f64 = all.iter().map(|columns| columns.column(1 + k).norm_squared()).sum();
-        (sum / rows.max(1.0)).sqrt() / posed.noise.std_w
-    };
-    (0..coefficients.len()).map(rms).map(|unit| if unit > 0.0 { unit } else { 1.0 }).collect()
-}
-
 /// Size of coefficients, standard deviations of the noise.
 pub fn size(way: &Way, coefficients: &[f64]) -> f64 {
     let columns = coefficients.iter().zip(&way.units).zip(&way.candidate.regressors);
@@ -137,16 +117,15 @@ pub fn products(posed: &Posed<'_>, way: &Way, coefficients: &[f64]) -> Vec<Optio
     let of_run = |run: usize| {
         let measured: Vec<f64> = posed.predictor.runs.runs[run].rows.iter().map(|row| row.power).collect();
         let products = &posed.runs[run];
-        let columns = || columns(&posed.predicted, &posed.start, products, run, way, coefficients, &measured);
+        let columns = || columns(posed, products, run, way, coefficients, &measured);
         posed.is_field(run).then(|| products.with(&columns(), posed.shape))
     };
     (0..posed.runs.len()).into_par_iter().map(of_run).collect()
 }
 
 /// What the model, linear about some coefficients, leaves of a power at none; then a way's slopes.
-pub fn columns(
-    predicted: &Predicted<'_>,
-    start: &State,
+fn columns(
+    posed: &Posed<'_>,
     products: &RunProducts,
     run: usize,
     way: &Way,
@@ -155,6 +134,7 @@ pub fn columns(
 ) -> DMatrix<f64> {
     let regressors = &way.candidate.regressors;
     let effects = regressors.iter().cloned().zip(coefficients.iter().copied());
+    let (start, predicted) = (&posed.start, &posed.predicted);
     let state =
         State { torque: start.torque, effects: start.effects.iter().cloned().chain(effects).collect() };
     let at = predicted.power(run, &state);

@@ -8,7 +8,7 @@ use residuals::thresholds::problem::ONE_MASS;
 
 use super::evidence::{Marginal, Reduced, Totals, Variances, reduce};
 use super::normal::{log_mean, log_sum};
-use super::priors::{ELSE_DRIFTS, ELSE_RUNS, ELSE_SCATTER, ELSE_SIZES, FORM_ERRORS, RUN_SCALES};
+use super::priors::{FORM_ERRORS, FORM_SIZES, RUN_SCALES};
 use super::products::Posed;
 use super::relinearise::{size, totals};
 use super::step_times::{SingleRuns, steps};
@@ -25,7 +25,7 @@ pub struct Scales {
     pub cases: Vec<Case>,
     /// At each scale of [`RUN_SCALES`], run by run.
     pub marginals: Vec<Vec<Marginal>>,
-    /// In each case, without something else.
+    /// In each case.
     pub reduced: Vec<Reduced>,
     /// ln evidence of none, up to what all share.
     pub none: f64,
@@ -116,16 +116,12 @@ impl Scales {
         &self.marginals[self.cases[case].scale]
     }
 
-    /// With the effects that all field runs share.
+    /// With the effects that all field runs share. `other`: variance of what a form gets wrong, too.
     fn reduce(&self, posed: &Posed<'_>, case: &Case, other: f64) -> Option<Reduced> {
-        self.reduce_runs(posed, &self.marginals[case.scale], case.form + other)
-    }
-
-    /// The same of runs as they may be, with the variance of something else.
-    fn reduce_runs(&self, posed: &Posed<'_>, runs: &[Marginal], other: f64) -> Option<Reduced> {
         let size = posed.mass_column();
-        let cut: Vec<Marginal> = runs.iter().map(|run| run.cut(size.min(run.products.ncols()))).collect();
-        reduce(&totals(posed, &cut), posed.shape, &self.variances, other)
+        let runs = self.marginals[case.scale].iter();
+        let cut: Vec<Marginal> = runs.map(|run| run.cut(size.min(run.products.ncols()))).collect();
+        reduce(&totals(posed, &cut), posed.shape, &self.variances, case.form + other)
     }
 
     /// Over the cases, less that of none.
@@ -187,8 +183,8 @@ pub struct Scored {
 
 /// Of every way, with all that may be wrong with its form.
 pub fn ways(posed: &Posed<'_>, scales: &Scales) -> Vec<Scored> {
-    // Something else at a grid of sizes: the nearest one is taken for what a form gets wrong.
-    let grid: Vec<f64> = [0.003].into_iter().chain(ELSE_SIZES).collect();
+    // At a grid of sizes: the nearest one is taken for what a form gets wrong.
+    let grid = FORM_SIZES;
     let with: Vec<Vec<Option<Reduced>>> = scales
         .cases
         .iter()
@@ -230,95 +226,6 @@ fn nearest(grid: &[f64], wanted: f64) -> Option<usize> {
     }
     let distance = |place: &usize| (grid[*place] / wanted).ln().abs();
     (0..grid.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)))
-}
-
-/// Something that the dictionary lacks.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Other {
-    /// ln evidence over none.
-    pub evidence: f64,
-    /// What each field run has of its likeliest kind, less none, nats.
-    pub by_run: Vec<f64>,
-}
-
-/// Field runs of something else, and the variance of functions that they share.
-struct Kind {
-    evidence: f64,
-    runs: Vec<Marginal>,
-    shared: f64,
-}
-
-/// Smooth functions that all field runs share, what is of single runs, what drifts within them,
-/// scatter.
-pub fn something_else(posed: &Posed<'_>, scales: &Scales) -> Other {
-    let value =
-        |reduced: Option<Reduced>| reduced.map_or(f64::NEG_INFINITY, |reduced| -0.5 * reduced.minus_two_log);
-    let middle = scales.likeliest();
-    let Case { scale, form, .. } = scales.cases[middle];
-    let size = posed.shape.further();
-    let cut = |marginal: &Marginal| marginal.cut(size);
-    let smooth = ELSE_SIZES.iter().map(|size| {
-        let of_case = |case: &Case| value(scales.reduce(posed, case, size * size));
-        let values: Vec<f64> = scales.cases.iter().map(of_case).collect();
-        let prior = |case: &usize| scales.cases[*case].weight + values[*case];
-        let best = (0..values.len()).max_by(|a, b| prior(a).total_cmp(&prior(b))).unwrap_or(middle);
-        Kind {
-            evidence: scales.over_none(|case| values[case]),
-            runs: scales.in_case(best).iter().map(cut).collect(),
-            shared: scales.cases[best].form + size * size,
-        }
-    });
-    // Beside what is asked for, the field may have something of all its runs.
-    let also = [0.0, 0.03_f64.powi(2)];
-    let of = |change: &dyn Fn(usize) -> Option<Marginal>| -> Vec<Kind> {
-        let runs: Option<Vec<Marginal>> = (0..posed.runs.len())
-            .map(|run| match posed.is_field(run) {
-                true => Some(change(run)?.cut(size)),
-                false => Some(cut(&scales.in_case(middle)[run])),
-            })
-            .collect();
-        let Some(runs) = runs else { return Vec::new() };
-        let kind = |other: &f64| {
-            let shared = form + other;
-            let with = value(scales.reduce_runs(posed, &runs, shared));
-            Kind { evidence: with + 0.5 * scales.reduced[middle].minus_two_log, runs: runs.clone(), shared }
-        };
-        also.iter().map(kind).collect()
-    };
-    let single = ELSE_RUNS.iter().flat_map(|times| {
-        let variances: Vec<f64> = scales.run_variances(scale).iter().map(|each| each * times).collect();
-        of(&|run| Marginal::of(&posed.runs[run].products, posed.shape, &variances))
-    });
-    // Steps of any size at every time are a walk at random.
-    let kinds = 0..posed.switches.len();
-    let drift = kinds.flat_map(|kind| ELSE_DRIFTS.map(|size| (kind, size))).flat_map(|(kind, size)| {
-        of(&|run| {
-            let marginal = &scales.in_case(middle)[run];
-            let columns = posed.steps(run, kind);
-            let variances = vec![size * size / columns.len() as f64; columns.len()];
-            let without = Marginal::without(&marginal.products, columns, &variances)?;
-            Some(Marginal { log_det: marginal.log_det + without.log_det, ..without })
-        })
-    });
-    let scatter = ELSE_SCATTER.iter().flat_map(|times| {
-        let variances: Vec<f64> = scales.run_variances(scale).iter().map(|each| each / times).collect();
-        of(&|run| {
-            let run = &posed.runs[run];
-            let mut marginal = Marginal::of(&(&run.products / *times), posed.shape, &variances)?;
-            marginal.log_det += run.kept.count() * posed.noise.information() * times.ln();
-            Some(marginal)
-        })
-    });
-    let kinds: [Vec<Kind>; 4] = [smooth.collect(), single.collect(), drift.collect(), scatter.collect()];
-    let evidence = log_mean(kinds.iter().map(|kinds| log_mean(kinds.iter().map(|kind| kind.evidence))));
-    let best = kinds.iter().flatten().max_by(|a, b| a.evidence.total_cmp(&b.evidence));
-    let by_run = best.and_then(|best| {
-        let of = |totals: &Totals| {
-            Some(-0.5 * reduce(totals, posed.shape, &scales.variances, best.shared)?.minus_two_log)
-        };
-        scales.by_run(posed, &best.runs, of)
-    });
-    Other { evidence, by_run: by_run.unwrap_or_default() }
 }
 
 /// Steps at each run's own time, and masses of single runs.

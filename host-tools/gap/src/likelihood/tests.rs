@@ -12,12 +12,12 @@ use model_core::filter::{Channel, LowPass};
 use model_core::torque::{Drive, TorqueModel};
 use nalgebra::{DMatrix, DVector};
 
+use super::LEVEL;
 use super::evidence::{Marginal, Shape, Totals, Variances, gain_of_several, reduce};
 use super::noise::{Noise, Told};
 use super::priors::ORDER;
 use super::question::Question;
 use super::rows::Kept;
-use super::{LEVEL, investigate};
 use crate::report::{Report, Rival, example};
 use residuals::predictor::{Predictor, State};
 use residuals::types::{Base, Named, Options, Verdict};
@@ -156,14 +156,6 @@ fn runs(count: u32, effects: &[(Regressor, f64)], normal: &mut Normal) -> Runs {
     runs
 }
 
-fn asked(effects: &[(Regressor, f64)]) -> Report {
-    let mut normal = Normal(11);
-    let clean = runs(6, &[], &mut normal);
-    let field = runs(6, effects, &mut normal);
-    let base = base(TorqueModel::from_array(TORQUE));
-    investigate(&field, Some(&clean), &base, &Options::default(), LEVEL).unwrap()
-}
-
 fn base(torque: TorqueModel<f64>) -> Base {
     Base {
         torque,
@@ -172,56 +164,6 @@ fn base(torque: TorqueModel<f64>) -> Base {
         masses_kg: vec![1.0, 4.0],
         of_simulator: false,
     }
-}
-
-/// A run of a quarter of a minute has fewer columns of its own than the others.
-#[test]
-fn runs_may_be_of_any_length() {
-    let mut normal = Normal(12);
-    let clean = runs(6, &[], &mut normal);
-    let mut field = runs(6, &[(Regressor::Term(Term::Drag(0)), 0.03)], &mut normal);
-    let short: Vec<Row> = field.runs[0].rows.iter().take(300).copied().collect();
-    field.runs[0].rows = short.into();
-    let base = base(TorqueModel::from_array(TORQUE));
-    let report = investigate(&field, Some(&clean), &base, &Options::default(), LEVEL).unwrap();
-    assert_eq!(report.effects[0].candidate.id.as_str(), "wheel-drag");
-}
-
-/// A drag of 0.03 N·m on the left wheel: its posterior leads, its size is right to 10 %, and the
-/// runs confirm it of each other.
-#[test]
-fn the_effect_that_is_hidden_leads() {
-    let report = asked(&[(Regressor::Term(Term::Drag(0)), 0.03)]);
-    let posterior = &report.likelihood.as_ref().unwrap().posterior;
-    assert_eq!(posterior.effects[0].id, "wheel-drag", "{posterior:?}");
-    assert_eq!(report.verdict, Verdict::Named, "{posterior:?}");
-    assert!((report.effects[0].coefficients[0] / 0.03 - 1.0).abs() < 0.1, "{:?}", report.effects[0]);
-    let confirmed = report.likelihood.as_ref().unwrap().predictive.unwrap();
-    assert!(confirmed.mean > confirmed.half_width.unwrap(), "{confirmed:?}");
-    let gate = report.relabelled.unwrap();
-    assert!(!gate.is_shut(), "{gate:?}");
-}
-
-#[test]
-fn without_an_effect_nothing_new_leads() {
-    let report = asked(&[]);
-    let posterior = &report.likelihood.as_ref().unwrap().posterior;
-    assert_eq!(report.verdict, Verdict::None, "{posterior:?}");
-    assert!(posterior.none > 0.5, "{posterior:?}");
-}
-
-/// A drag and a slope at once: one is named, then the other beside it, each right to 20 %.
-#[test]
-fn a_second_effect_is_named_beside_the_first() {
-    let report = asked(&[(Regressor::Term(Term::Drag(0)), 0.06), (Regressor::Term(Term::GradeAhead), 0.02)]);
-    let mut named: Vec<(&str, f64)> =
-        report.effects.iter().map(|effect| (effect.candidate.id.as_str(), effect.coefficients[0])).collect();
-    named.sort_by_key(|effect| effect.0);
-    let [("grade", slope), ("wheel-drag", drag)] = named[..] else {
-        panic!("{named:?} {:?} {:?}", report.ambiguous_with, report.likelihood);
-    };
-    assert!((drag / 0.06 - 1.0).abs() < 0.2 && (slope / 0.02 - 1.0).abs() < 0.2, "{named:?}");
-    assert_eq!(report.rounds.len(), 3);
 }
 
 /// A gap without a name, held to runs with these effects.
@@ -292,10 +234,13 @@ fn an_improbable_rival_is_struck() {
 fn named(field: &[(Regressor, f64)], names: &[(Regressor, f64)]) -> Report {
     let mut normal = Normal(23);
     let clean = runs(6, &[], &mut normal);
-    let field = runs(6, field, &mut normal);
+    named_in(&clean, &runs(6, field, &mut normal), names)
+}
+
+fn named_in(clean: &Runs, field: &Runs, names: &[(Regressor, f64)]) -> Report {
     let base = base(TorqueModel::from_array(TORQUE));
     let options = Options::default();
-    let question = Question::of(&field, Some(&clean), &base, &options);
+    let question = Question::of(field, Some(clean), &base, &options);
     let given = example::report(Verdict::Named);
     let named = |(regressor, size): &(Regressor, f64)| {
         let with = |candidate: &&Candidate| candidate.regressors == [regressor.clone()];
@@ -303,7 +248,21 @@ fn named(field: &[(Regressor, f64)], names: &[(Regressor, f64)]) -> Report {
         Named { candidate, coefficients: vec![*size], ..given.effects[0].clone() }
     };
     let report = Report { effects: names.iter().map(named).collect(), ..given.clone() };
-    report.weighed(&field, &clean, &base, &options, LEVEL)
+    report.weighed(field, clean, &base, &options, LEVEL)
+}
+
+/// A run of a quarter of a minute has fewer columns of its own than the others.
+#[test]
+fn runs_may_be_of_any_length() {
+    let mut normal = Normal(12);
+    let clean = runs(6, &[], &mut normal);
+    let drags = (Regressor::Term(Term::Drag(0)), 0.03);
+    let mut field = runs(6, from_ref(&drags), &mut normal);
+    let short: Vec<Row> = field.runs[0].rows.iter().take(300).copied().collect();
+    field.runs[0].rows = short.into();
+    let report = named_in(&clean, &field, &[drags]);
+    assert_eq!(report.rivals[0].0, "wheel-drag");
+    assert!(report.rivals[0].1 > 0.95, "{:?}", report.rivals);
 }
 
 /// A slope is named where the left wheel drags: it is taken back.

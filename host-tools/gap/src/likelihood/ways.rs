@@ -8,8 +8,6 @@ use model_core::effects::Term;
 use super::evidence::{Reduced, gain, gain_of_several, likeliest};
 use super::normal::log_mean;
 use super::priors::{FORM_ERRORS, LEAST_SIZE, MOST_ROLLING, MOST_TIMES, RUN_ENDS, SHARE_SIZE, SIZE_STEP};
-use super::products::Posed;
-use super::relinearise;
 use nalgebra::{DMatrix, DVector};
 
 /// One of them.
@@ -80,13 +78,6 @@ pub fn sizes(most: f64) -> Vec<f64> {
 }
 
 impl Way {
-    /// Of one candidate alone, in units about some coefficients.
-    pub fn about(posed: &Posed<'_>, candidate: &Candidate, coefficients: &[f64]) -> Self {
-        let (units, candidate) = (vec![1.0; coefficients.len()], candidate.clone());
-        let way = Self { candidate, units, first: 0 };
-        Self { units: relinearise::units(posed, &way, coefficients), ..way }
-    }
-
     /// Ways of one family share its probability: the same shape at other widths, times or delays.
     pub fn is_of_family(&self, other: &Self) -> bool {
         let (a, b) = (&self.candidate, &other.candidate);

@@ -20,7 +20,7 @@ pub const ENOUGH: f64 = OF_A_NAME / 4.0;
 
 impl Tie {
     /// Of these ids, in any order and number; alike where not all have a known probability.
-    pub fn of<'a>(ids: impl Iterator<Item = &'a str>, known: &[(&str, f64)]) -> Self {
+    pub fn of<'a>(ids: impl Iterator<Item = &'a str>, known: &[(String, f64)]) -> Self {
         let mut ids: Vec<&str> = ids.collect();
         ids.sort_unstable();
         ids.dedup();
@@ -63,7 +63,7 @@ mod tests {
 
     #[test]
     fn what_is_open_lies_between_all_and_nothing() {
-        let known = [("a", 0.6), ("b", 0.3), ("c", 0.1)];
+        let known = [("a", 0.6), ("b", 0.3), ("c", 0.1)].map(|(id, share)| (id.to_owned(), share));
         let tie = Tie::of(["c", "a", "b", "a"].into_iter(), &known);
         let entropy: f64 = known.iter().map(|(_, share)| -share * share.ln()).sum();
         assert!((tie.open(&[]) - entropy).abs() < 1e-12);
@@ -81,7 +81,7 @@ mod tests {
 
     #[test]
     fn rivals_are_alike_where_not_all_are_known() {
-        let tie = Tie::of(["a", "b"].into_iter(), &[("a", 0.9)]);
+        let tie = Tie::of(["a", "b"].into_iter(), &[("a".to_owned(), 0.9)]);
         assert!((tie.open(&[]) - 2.0_f64.ln()).abs() < 1e-12);
     }
 

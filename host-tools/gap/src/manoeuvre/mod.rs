@@ -95,10 +95,9 @@ pub fn suggest(
         hypotheses.partition(|(_, hypothesis)| separate::foreseen(hypothesis));
     let (rounds, seen): (Vec<usize>, Vec<Rival>) = seen.into_iter().unzip();
     let known = runs.subset(&report.split.open).with_clean(clean);
-    let probabilities = report.probabilities();
     let tie = |round| {
         let of_it = (0..seen.len()).filter(|place| rounds[*place] == round);
-        Tie::of(of_it.map(|place| &seen[place].candidate.id[..]), &probabilities)
+        Tie::of(of_it.map(|place| &seen[place].candidate.id[..]), &report.rivals)
     };
     let ties: Vec<Tie> = (0..report.ties.len()).map(tie).collect();
     let limits = Limits::new(robot, &known);

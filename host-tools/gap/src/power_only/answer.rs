@@ -133,7 +133,6 @@ pub fn investigate(runs: &[PowerRun]) -> Result<Report> {
         base: [unknown, unknown],
         ties: Vec::new(),
         rivals: Vec::new(),
-        likelihood: None,
         relabelled: None,
         notes: Vec::new(),
         basis: None,

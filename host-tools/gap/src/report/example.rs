@@ -70,7 +70,6 @@ pub(crate) fn report(verdict: Verdict) -> Report {
         refit: Vec::new(),
         ties: Vec::new(),
         rivals: Vec::new(),
-        likelihood: None,
         relabelled: None,
         notes: Vec::new(),
         basis: Some(Basis {

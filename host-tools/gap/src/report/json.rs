@@ -5,7 +5,6 @@ use serde_json::{Map, Value, json};
 
 use super::advice;
 use crate::driven_plant::Simulated;
-use crate::likelihood::Likelihood;
 use crate::manoeuvre::Suggestion;
 use crate::report::Report;
 use crate::simulator::Told;
@@ -47,10 +46,6 @@ Keys of --json, always all there; watts and SI units; null where something is no
   clean_structure    the most structure, |z|, that clean runs show of each other: it raises what rounds allow where it is
                      beyond noise; null where clean runs are fewer than six
   refit              terms that the clean runs ask for and the coefficients lack: term, gain, std_err; nothing is named before a refit
-  posterior          of --engine likelihood: none, something_else, effects (by id), each with its
-                     probability; predictive: nats_a_run by which a field run is likelier when the
-                     first name is told of the others, its 95 % half_width, and runs; null without
-                     a name or where it lives in single runs. Null with the rules
   relabelled         share: how often as much is seen when other runs are called the field, and the
                      level that is allowed; null where it was not asked
   notes              what is less sure than it might be, and why
@@ -105,7 +100,6 @@ pub fn json(report: &Report, beside: Beside<'_>) -> Value {
     out.insert("rounds".to_owned(), report.rounds.iter().map(round).collect());
     out.insert("clean_structure".to_owned(), json!(report.clean_structure));
     out.insert("refit".to_owned(), json!(report.refit));
-    out.insert("posterior".to_owned(), report.likelihood.as_ref().map_or(Value::Null, posterior));
     let relabelled = report.relabelled.map(|gate| json!({"share": gate.share, "level": gate.level}));
     out.insert("relabelled".to_owned(), json!(relabelled));
     out.insert("notes".to_owned(), json!(report.notes));
@@ -114,22 +108,6 @@ pub fn json(report: &Report, beside: Beside<'_>) -> Value {
     out.insert("not_testable".to_owned(), json!(report.not_testable));
     out.insert("next_steps".to_owned(), json!(advice::next_steps(report)));
     Value::Object(out)
-}
-
-fn posterior(likelihood: &Likelihood) -> Value {
-    let effects = likelihood.posterior.effects.iter();
-    let effects: Map<String, Value> =
-        effects.map(|cause| (cause.id.clone(), json!(cause.probability))).collect();
-    json!({
-        "none": likelihood.posterior.none,
-        "something_else": likelihood.posterior.something_else,
-        "effects": effects,
-        "predictive": likelihood.predictive.map(|gain| json!({
-            "nats_a_run": gain.mean,
-            "half_width": gain.half_width,
-            "runs": gain.count,
-        })),
-    })
 }
 
 fn effect(named: &Named) -> Value {

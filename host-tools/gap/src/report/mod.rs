@@ -16,7 +16,7 @@ use serde_json::{Value, json};
 
 use self::localise::Cell;
 use super::confirm::Confirmed;
-use super::likelihood;
+use super::likelihood::Gate;
 use residuals::detect::over_dispersion::OverDispersion;
 use residuals::noise::whiten::{Signal, Whitener};
 use residuals::predictor::State;
@@ -69,10 +69,8 @@ pub struct Report {
     pub rivals: Vec<(String, f64)>,
     /// What predictions rest on.
     pub basis: Option<Basis>,
-    /// Probabilities of causes, with the likelihood engine.
-    pub likelihood: Option<likelihood::Likelihood>,
     /// How often relabelled runs show as much, where they were asked.
-    pub relabelled: Option<likelihood::Gate>,
+    pub relabelled: Option<Gate>,
     /// What is less sure than it might be, and why.
     pub notes: Vec<String>,
 }
@@ -149,20 +147,6 @@ impl Report {
     /// effects.
     pub fn hides(&self) -> bool {
         self.clean_structure.is_some_and(|shown| MARGIN * shown > STRUCTURE)
-    }
-
-    /// How probable causes are, where it is known, the likeliest first: every one of at least 1 %
-    /// beside nothing and something else, or among the effects alone.
-    pub fn probabilities(&self) -> Vec<(&str, f64)> {
-        let Some(likelihood) = &self.likelihood else {
-            return self.rivals.iter().map(|(id, probability)| (id.as_str(), *probability)).collect();
-        };
-        let posterior = &likelihood.posterior;
-        let likely = posterior.effects.iter().filter(|cause| cause.probability >= 0.01);
-        let mut all: Vec<(&str, f64)> = likely.map(|cause| (cause.id.as_str(), cause.probability)).collect();
-        all.extend([("nothing new", posterior.none), ("something else", posterior.something_else)]);
-        all.sort_by(|a, b| b.1.total_cmp(&a.1));
-        all
     }
 
     /// The gap that is closed on locked runs, if it could be tested.

@@ -5,7 +5,6 @@ use super::localise::Cell;
 use crate::likelihood::Gate;
 use crate::report::Report;
 use crate::words;
-use numerics::intervals::MeanInterval;
 use residuals::types::{Named, Verdict};
 
 /// Lines of a small terminal, less the one of the next prompt.
@@ -33,9 +32,6 @@ pub fn text(report: &Report) -> String {
     }
     if let Some(probabilities) = probabilities(report) {
         say(0, &probabilities);
-    }
-    if let Some(gain) = report.likelihood.as_ref().and_then(|likelihood| likelihood.predictive.as_ref()) {
-        say(0, &confirmed(gain));
     }
     if let Some(gate) = report.relabelled {
         say(0, &relabelled(gate));
@@ -74,16 +70,13 @@ pub fn text(report: &Report) -> String {
     out.join("\n") + "\n"
 }
 
-/// How probable each cause is; `None` where it is not known.
+/// How probable each effect is; `None` where it is not known.
 fn probabilities(report: &Report) -> Option<String> {
-    let all = report.probabilities();
-    let each = all.iter().map(|(name, probability)| format!("{name} {}", words::probability(*probability)));
-    let among = match (&report.likelihood, report.effects.len()) {
-        (Some(_), _) => "",
-        (None, 0 | 1) => " among the listed effects",
-        (None, _) => " among the listed effects, the other names being known",
-    };
-    (!all.is_empty()).then(|| format!("Probability{among}: {}.", each.collect::<Vec<_>>().join(", ")))
+    let each = report.rivals.iter();
+    let each = each.map(|(id, probability)| format!("{id} {}", words::probability(*probability)));
+    let known = if report.effects.len() > 1 { ", the other names being known" } else { "" };
+    let all = each.collect::<Vec<_>>().join(", ");
+    (!all.is_empty()).then(|| format!("Probability among the listed effects{known}: {all}."))
 }
 
 /// How often other labels of the runs show as much.
@@ -92,20 +85,6 @@ pub(super) fn relabelled(gate: Gate) -> String {
     let so = if gate.is_shut() { "it may be how clean runs differ" } else { "it is of the field" };
     format!(
         "If other runs are called the field, as much shows in {share:.1} % of cases ({level:.1} % allowed): {so}."
-    )
-}
-
-/// How well the runs predict each other.
-fn confirmed(predictive: &MeanInterval) -> String {
-    let MeanInterval { mean, half_width, count, .. } = predictive;
-    let interval = half_width.map_or(String::new(), |half| format!(" ± {half:.1}"));
-    let verdict = match half_width {
-        Some(half) if mean - half > 0.0 => "confirmed",
-        Some(half) if mean + half < 0.0 => "refuted",
-        _ => "neither confirmed nor refuted",
-    };
-    format!(
-        "Each of {count} field runs predicted from the others: {mean:+.1}{interval} nats a run with the cause, {verdict}."
     )
 }
 

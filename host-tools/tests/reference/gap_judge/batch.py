@@ -1,7 +1,7 @@
-"""Makes sets, lets gmr judge them, keeps what it said: one line of JSON a set and engine.
+"""Makes sets, lets gmr judge them, keeps what it said: one line of JSON a set.
 
     python batch.py OUT.jsonl --gmr PATH [--kind effects|free|foreign|pairs] [--robots servo brisk] [--sizes 0.5 1 2]
-                    [--seeds 0 4] [--names …] [--mode coeffs|alone|lost] [--engines rules likelihood] [--jobs 2] [--keep FOLDER] [--minutes M]
+                    [--seeds 0 4] [--names …] [--mode coeffs|alone|lost] [--jobs 2] [--keep FOLDER] [--minutes M]
                     [--count N] [--known EARLIER.jsonl …] [--hard [CONDITION …]]
 
 `coeffs`: with base.toml of six clean runs; `alone`: no coefficients; `lost`: base.toml, but the clean runs are gone.
@@ -49,7 +49,7 @@ def tasks(a):
             for name in names:
                 for size in a.sizes if name else [0.0]:
                     yield {"robot": robot, "seed": seed, "effect": name, "size": size, "kind": kind, "memory": memory,
-                           "mode": a.mode, "gmr": a.gmr, "keep": a.keep, "engines": a.engines}
+                           "mode": a.mode, "gmr": a.gmr, "keep": a.keep}
 
 
 def call(arguments, folder):
@@ -71,32 +71,32 @@ def run(t):
             clean = sorted(str(p.relative_to(folder)) for p in (folder / "clean").glob("*.csv"))
             fit, _ = call([t["gmr"], "fit", "--robot", robot, "--out", "base.toml", *clean], folder)
             if fit.returncode:
-                return [{**t, "engine": engine, "error": fit.stderr} for engine in t["engines"]]
+                return {**t, "error": fit.stderr}
             if t["mode"] == "lost":
                 text = (folder / "base.toml").read_text()
                 lines = [line for line in text.splitlines() if not line.startswith("logs")]
                 (folder / "base.toml").write_text("\n".join(lines) + "\n")
                 shutil.rmtree(folder / "clean")
             command += ["--coeffs", "base.toml"]
-        return [answered(t, truth, folder, [*command, "--engine", engine, *logs], engine) for engine in t["engines"]]
+        return answered(t, truth, folder, [*command, *logs])
     finally:
         shutil.rmtree(folder, ignore_errors=True)
 
 
-def answered(t, truth, folder, command, engine):
-    """One line: what the engine said of the set."""
+def answered(t, truth, folder, command):
+    """One line: what gmr said of the set."""
     done, seconds = call(command, folder)
     try:
         answer = json.loads(done.stdout)
     except ValueError:
-        return {**t, "engine": engine, "error": done.stderr[-400:]}
+        return {**t, "error": done.stderr[-400:]}
     (folder / "answer.json").write_text(done.stdout)
     (folder / "command.txt").write_text(" ".join(["gmr", *command[1:]]) + "\n")
     line = {k: t[k] for k in ("robot", "seed", "effect", "size", "kind", "memory", "mode", "hard")}
-    line.update(engine=engine, reached=truth["reached"], magnitude=truth["magnitude"], variant=truth["variant"], seconds=seconds,
+    line.update(reached=truth["reached"], magnitude=truth["magnitude"], variant=truth["variant"], seconds=seconds,
                 verdict=answer["verdict"], named=[e["id"] for e in answer["effects"]],
                 coefficients=[[e["id"], e["coefficient"], e["std_err"]] for e in answer["effects"]],
-                details=[e["detail"] for e in answer["effects"]], posterior=answer["posterior"],
+                details=[e["detail"] for e in answer["effects"]],
                 rivals=answer["rivals"], ties=answer["ambiguous_with"], closed=answer["gap_closed"], before=answer["gap_before_w"],
                 after=answer["gap_after_w"], floor=answer["noise_floor_w"],
                 outcome=[[r["structure"], r["allowed"], r["outcome"]] for r in answer["rounds"]])
@@ -108,7 +108,7 @@ def answered(t, truth, folder, command, engine):
     line["judged"] = judge(line)
     if t["keep"] and line["judged"] in ("WRONG", "alarm", "extra", "missed-name"):
         label = "+".join(t["effect"]) or "free"
-        place = Path(t["keep"]) / f"{engine}_{t['mode']}_{t['robot']}_{label}_{t['size']}_{t['seed']}"
+        place = Path(t["keep"]) / f"{t['mode']}_{t['robot']}_{label}_{t['size']}_{t['seed']}"
         shutil.rmtree(place, ignore_errors=True)
         shutil.copytree(folder, place)
     return line
@@ -125,7 +125,6 @@ def main():
     parser.add_argument("--names", nargs="*")
     parser.add_argument("--noise", choices=NOISES)
     parser.add_argument("--mode", choices=["coeffs", "alone", "lost"], default="coeffs")
-    parser.add_argument("--engines", nargs="+", choices=["rules", "likelihood"], default=["rules"])
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--keep")
     parser.add_argument("--known", nargs="*", default=[])
@@ -149,8 +148,8 @@ def main():
         t["known"] = found if all(found) else None
     start = time.time()
     with Pool(a.jobs) as pool, open(a.out, "a") as out:
-        for count, lines in enumerate(pool.imap_unordered(run, todo), 1):
-            out.writelines(json.dumps(line) + "\n" for line in lines)
+        for count, line in enumerate(pool.imap_unordered(run, todo), 1):
+            out.write(json.dumps(line) + "\n")
             out.flush()
             if a.minutes and time.time() - start > 60.0 * a.minutes:
                 pool.terminate()

@@ -43,14 +43,9 @@ def confusion(lines, order=ORDER):
         print("  " + name.ljust(27) + "".join((str(count[w]) if count[w] else ".").rjust(12) for w in order) + "   " + text)
 
 
-def probabilities(line):
-    """Of each effect: among all that may be, or among the effects of the list where rules named one of them."""
-    return line["posterior"]["effects"] if line.get("posterior") else line.get("rivals")
-
-
 def reliability(lines):
     """Each effect's probability beside how often it was there: calibrated where they are alike."""
-    pairs = [(p, name in l["effect"]) for l in lines for name, p in probabilities(l).items()]
+    pairs = [(p, name in l["effect"]) for l in lines for name, p in l["rivals"].items()]
     edges = [0.0, 0.01, 0.05, 0.2, 0.5, 0.8, 0.95, 1.0]
     print("  probability of an effect   effects   mean probability   was there")
     for low, high in zip(edges, edges[1:]):
@@ -68,9 +63,9 @@ def main():
     lines = [json.loads(line) for name in a.result for line in open(name)]
     errors = [l for l in lines if "error" in l]
     lines = [l for l in lines if "error" not in l]
-    for mode, engine in dict.fromkeys((l["mode"], l["engine"]) for l in lines):
-        here = [l for l in lines if (l["mode"], l["engine"]) == (mode, engine)]
-        print(f"==== mode {mode}, engine {engine} ====")
+    for mode in dict.fromkeys(l["mode"] for l in lines):
+        here = [l for l in lines if l["mode"] == mode]
+        print(f"==== mode {mode} ====")
         known = [l for l in here if len(l["effect"]) == 1 and l["effect"][0] in DICTIONARY]
         # A limit of physics keeps some below the wanted size: they are judged at what they reached.
         if known:
@@ -87,7 +82,7 @@ def main():
         if large:
             print("by effect, size reached 0.45 and more")
             confusion(large)
-        told = [l for l in here if probabilities(l) and len(l["effect"]) < 2 and set(l["effect"]) <= set(DICTIONARY)]
+        told = [l for l in here if l["rivals"] and len(l["effect"]) < 2 and set(l["effect"]) <= set(DICTIONARY)]
         if told:
             print(f"reliability, {len(told)} sets with one effect or none")
             reliability(told)

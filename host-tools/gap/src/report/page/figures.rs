@@ -179,9 +179,9 @@ pub(super) fn course(course: &Course) -> Result<Markup> {
     figure(panel, WHOLE, &format!("Power over time, {name}"), &about)
 }
 
-/// Probability of each cause, where it is known.
+/// Probability of each listed effect, where it is known.
 pub(super) fn probabilities(report: &Report) -> Result<Option<Markup>> {
-    let all = report.probabilities();
+    let all = &report.rivals;
     let rows: Vec<_> =
         all.iter().map(|(id, probability)| (first_letters(id), vec![(0, 100.0 * probability)])).collect();
     let Some((likeliest, probability)) = all.first() else { return Ok(None) };
