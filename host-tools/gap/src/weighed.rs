@@ -28,7 +28,7 @@ const LEAST_SAID: f64 = 0.01;
 /// may be reported of runs without any.
 ///
 /// # Errors
-/// Too few runs, or runs without steady rows.
+/// Too few runs.
 pub fn investigate(
     runs: &Runs,
     clean: Option<&Runs>,
@@ -54,8 +54,8 @@ impl Report {
             Verdict::Named | Verdict::Ambiguous => Self::held_to_probabilities,
             Verdict::None => return self,
         };
-        let question = Question::of(runs, Some(clean), base, options);
-        weigh(self, &question.asked(base, options, level))
+        let question = Question::of(runs, clean, base, options);
+        weigh(self, &question.asked(base, level))
     }
 
     fn held_to_labels(mut self, asked: &Asked<'_>) -> Self {

@@ -10,7 +10,7 @@ use super::products::Posed;
 use super::relinearise::{self, Bent};
 use super::scored::{self, Scales, Scored};
 use residuals::predictor::{Predictor, State};
-use residuals::types::{Base, Options};
+use residuals::types::Base;
 
 /// What is asked of some runs.
 pub struct Asked<'a> {
@@ -20,8 +20,6 @@ pub struct Asked<'a> {
     pub free: &'a Runs,
     /// The base, and how many of its parameters are in question.
     pub base: (&'a Base, usize),
-    /// As the user set them.
-    pub options: &'a Options,
     /// Effects that may show.
     pub list: &'a [Candidate],
     /// Ids of steps and masses that are not asked for.
@@ -39,8 +37,8 @@ impl<'a> Asked<'a> {
         let is_known = |id: &str| known.iter().any(|(candidate, _)| candidate.id == id);
         let list: Vec<Candidate> = self.list.iter().filter(|effect| !is_known(&effect.id)).cloned().collect();
         let effects = state_of(self.base.0, known).effects;
-        let (slack, removed) = (self.options.slack, self.removed_beside(known));
-        Posed::new(self.predictor, self.free, self.base, slack, &list, &removed, &effects)
+        let removed = self.removed_beside(known);
+        Posed::new(self.predictor, self.free, self.base, &list, &removed, &effects)
     }
 
     fn removed_beside(&self, known: &[Known]) -> Vec<String> {
@@ -69,7 +67,8 @@ pub fn state_of(base: &Base, known: &[Known]) -> State {
     State { torque: base.torque, effects: known.iter().flat_map(of).collect() }
 }
 
-/// Scores the best few anew, about their own sizes. A way that bends loses evidence: another of the same cause may then lead, and is scored in turn.
+/// Scores the best few anew, about their own sizes. A way that bends loses evidence: another of the
+/// same cause may then lead, and is scored in turn.
 fn bend(posed: &Posed<'_>, scales: &Scales, scored: &mut [Scored]) {
     let mut order: Vec<usize> = (0..scored.len()).collect();
     order.sort_by(|a, b| scored[*b].evidence.total_cmp(&scored[*a].evidence));

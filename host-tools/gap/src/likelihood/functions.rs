@@ -90,11 +90,7 @@ pub fn functions<'a>(
     let smooth = smooth::functions(runs);
     let (of_motion, further) = smooth.split_at(smooth::count_of_motion(runs, &smooth));
     let mut functions: Vec<(Signal, Group)> = of_motion.iter().cloned().zip(OF_SMOOTH).collect();
-    let has_clean = runs.runs.iter().any(|run| run.clean);
-    let shown = |signals: Vec<Signal>| match has_clean {
-        true => smooth::shown_by_clean(runs, signals),
-        false => Vec::new(),
-    };
+    let shown = |signals: Vec<Signal>| smooth::shown_by_clean(runs, signals);
     functions.extend(shown(further.to_vec()).into_iter().map(|signal| (signal, Column)));
     functions.extend(edges(runs, power).into_iter().map(|signal| (signal, Edge)));
     let is_column =

@@ -16,7 +16,6 @@ use super::rows::{Kept, kept};
 use super::ways::{Way, switched, times, ways};
 use residuals::noise::whiten::Signal;
 use residuals::predictor::{Predictor, State};
-use residuals::problem::open::precision;
 use residuals::types::Base;
 
 /// Added to the diagonal of scaled products, so that [`weigh`]'s columns may be alike.
@@ -87,7 +86,6 @@ impl<'a> Posed<'a> {
         predictor: Predictor<'a>,
         all: &'a Runs,
         (base, parameters): (&Base, usize),
-        slack: f64,
         list: &[Candidate],
         removed: &[String],
         known: &[(Regressor, f64)],
@@ -99,16 +97,11 @@ impl<'a> Posed<'a> {
         let runs = &predictor.runs.runs;
         // Clean runs have none of what is known.
         let start_of = |run: usize| &starts[usize::from(runs[run].clean)];
-        let has_clean = runs.iter().any(|run| run.clean);
         let power: Signal = (0..runs.len()).map(|run| predicted.power(run, &start)).collect();
         let kept = kept(predictor.runs);
-        let mut regressors: Vec<Regressor> = Vec::new();
-        if has_clean {
-            regressors.push(Regressor::Delay);
-            if !predictor.runs.robot.conditioning().slip.is_off() {
-                regressors.push(Regressor::HalfSlip);
-            }
-        }
+        let slips = !predictor.runs.robot.conditioning().slip.is_off();
+        let regressors =
+            if slips { &[Regressor::Delay, Regressor::HalfSlip][..] } else { &[Regressor::Delay] };
         let thin = |run: usize, values: &[f64]| kept[run].thin(values);
         let residual: Signal = (0..runs.len())
             .map(|run| {
@@ -119,7 +112,7 @@ impl<'a> Posed<'a> {
         let bases: Vec<Vec<Vec<f64>>> = (0..runs.len())
             .map(|run| {
                 let slopes = free.base_slopes(run, start_of(run), parameters);
-                let more = free.slopes(run, start_of(run), &regressors);
+                let more = free.slopes(run, start_of(run), regressors);
                 // How large what is known is stays open.
                 let effects: Vec<Regressor> = known.iter().map(|(regressor, _)| regressor.clone()).collect();
                 let of_known = predicted.slopes(run, &start, &effects);
@@ -133,8 +126,7 @@ impl<'a> Posed<'a> {
         let functions: Vec<Vec<Vec<f64>>> = (0..runs.len())
             .map(|run| signals.iter().map(|signal| thin(run, &signal[run])).collect())
             .collect();
-        let told = |run: &usize| runs[*run].clean || !has_clean;
-        let places: Vec<usize> = (0..runs.len()).filter(told).collect();
+        let places: Vec<usize> = (0..runs.len()).filter(|&run| runs[run].clean).collect();
         let rough = few_columns(&places, &residual, &bases, &functions, &thin_power)?;
         let noise = Noise::told(
             &places
@@ -149,7 +141,6 @@ impl<'a> Posed<'a> {
             .filter_map(|run| run.rows.last().map(|row| row.time))
             .collect();
         let mut ways = ways(list, removed, &lengths, base.torque.supplied_rolling());
-        let slips = !predictor.runs.robot.conditioning().slip.is_off();
         let switches = switched(slips, base.torque.supplied_rolling());
         let columns: Vec<(DMatrix<f64>, Vec<f64>)> = (0..runs.len())
             .into_par_iter()
@@ -203,15 +194,6 @@ impl<'a> Posed<'a> {
         }
         let unit = |kind| scale_steps(&mut matrices, &field, &step_times, mass_place + 1, kind, noise.std_w);
         let switch_units = (0..switches.len()).map(unit).collect();
-        let prior = if has_clean {
-            DMatrix::from_diagonal_element(shape.base, shape.base, LOOSE)
-        } else {
-            let told = precision(base, parameters, slack);
-            DMatrix::from_fn(shape.base, shape.base, |i, j| match i.max(j) < parameters {
-                true => told[(i, j)] / base_units[i] / base_units[j],
-                false => LOOSE * f64::from(u8::from(i == j)),
-            })
-        };
         let mut order = groups.clone();
         order.sort_unstable();
         order.dedup();
@@ -252,7 +234,7 @@ impl<'a> Posed<'a> {
             switches,
             switch_units,
             noise,
-            base: prior,
+            base: DMatrix::from_diagonal_element(shape.base, shape.base, LOOSE),
             runs,
             power,
         })

@@ -24,24 +24,23 @@ pub struct Question {
 
 impl Question {
     /// Of field runs beside clean ones.
-    pub fn of(runs: &Runs, clean: Option<&Runs>, base: &Base, options: &Options) -> Self {
-        let all = runs.with_clean(clean);
+    pub fn of(runs: &Runs, clean: &Runs, base: &Base, options: &Options) -> Self {
+        let all = runs.with_clean(Some(clean));
         Self {
             free: anywhere(&all),
             all,
-            clean_delay: clean.map_or(0.0, |clean| clean_delay::estimate(clean, base)),
+            clean_delay: clean_delay::estimate(clean, base),
             parameters: base.torque.to_array().len() - usize::from(!runs.robot.scrubs()),
             testable: Testable::of(runs, runs, base, options),
         }
     }
 
     /// The same with the model, and the level of the gate.
-    pub fn asked<'a>(&'a self, base: &'a Base, options: &'a Options, level: f64) -> Asked<'a> {
+    pub fn asked<'a>(&'a self, base: &'a Base, level: f64) -> Asked<'a> {
         Asked {
             predictor: Predictor { clean_delay: self.clean_delay, ..Predictor::new(&self.all, base.drive) },
             free: &self.free,
             base: (base, self.parameters),
-            options,
             list: &self.testable.list,
             removed: &self.testable.removed,
             level,

@@ -47,11 +47,9 @@ pub struct Case {
 }
 
 impl Scales {
-    /// Variances by the clean runs (by the field's where there are none), then each scale.
+    /// Variances by the clean runs, then each scale.
     pub fn told(posed: &Posed<'_>) -> Option<Self> {
-        let has_clean = (0..posed.runs.len()).any(|run| !posed.is_field(run));
-        let told: Vec<usize> =
-            (0..posed.runs.len()).filter(|&run| !has_clean || !posed.is_field(run)).collect();
+        let told: Vec<usize> = (0..posed.runs.len()).filter(|&run| !posed.is_field(run)).collect();
         let variances = variances_of(posed, &told)?;
         let forms = &FORM_ERRORS[..if posed.known > 0.0 { FORM_ERRORS.len() } else { 1 }];
         let mut cases = Vec::new();

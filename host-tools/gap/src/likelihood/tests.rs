@@ -211,7 +211,7 @@ fn an_improbable_rival_is_struck() {
     let field = runs(6, &[(drag.clone(), 0.03)], &mut normal);
     let base = base(TorqueModel::from_array(TORQUE));
     let options = Options::default();
-    let question = Question::of(&field, Some(&clean), &base, &options);
+    let question = Question::of(&field, &clean, &base, &options);
     let rival = |regressor: &Regressor, size| {
         let with = |candidate: &&Candidate| candidate.regressors == [regressor.clone()];
         let candidate = question.testable.list.iter().find(with).unwrap().clone();
@@ -240,7 +240,7 @@ fn named(field: &[(Regressor, f64)], names: &[(Regressor, f64)]) -> Report {
 fn named_in(clean: &Runs, field: &Runs, names: &[(Regressor, f64)]) -> Report {
     let base = base(TorqueModel::from_array(TORQUE));
     let options = Options::default();
-    let question = Question::of(field, Some(clean), &base, &options);
+    let question = Question::of(field, clean, &base, &options);
     let given = example::report(Verdict::Named);
     let named = |(regressor, size): &(Regressor, f64)| {
         let with = |candidate: &&Candidate| candidate.regressors == [regressor.clone()];
