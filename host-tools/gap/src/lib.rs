@@ -2,7 +2,8 @@
 //! added.
 //!
 //! [`investigate`] detects and names with [`residuals`], then [`confirm`]s; [`weighed`] holds the
-//! names to one [`likelihood`] of all effects, and [`report`] says what is left. Its face: [`workflow::gap`], from files to the answer.
+//! names to one [`likelihood`] of all effects, and [`report`] says what is left. Its face:
+//! [`workflow::gap`], from files to the answer.
 #![deny(clippy::print_stderr, clippy::print_stdout)]
 
 pub mod bench;

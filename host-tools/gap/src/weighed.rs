@@ -21,7 +21,7 @@ use super::likelihood::scored::Scales;
 use super::report::{Report, Rival};
 use residuals::types::{Base, Named, Options, Verdict};
 
-/// Probabilities below this share are not said.
+/// Probabilities below this share are not said. Layout: no verdict depends on it.
 const LEAST_SAID: f64 = 0.01;
 
 /// Analyses what field runs have that clean ones lack. `level` is that of the gate: how often a gap

@@ -66,7 +66,7 @@ pub struct Request<'a> {
     pub wish: Wish,
     /// Whether other files are written over, and unusable coefficients are accepted.
     pub force: bool,
-    /// How often a name or a gap may be reported of runs that have none, by relabelled runs.
+    /// How often a gap without a name may be reported of runs that have none, by relabelled runs.
     pub level: f64,
 }
 

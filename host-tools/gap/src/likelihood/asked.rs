@@ -9,7 +9,7 @@ use super::priors::{BENT, BENT_WAYS, NEAR, NEAR_SHARE};
 use super::products::Posed;
 use super::relinearise::{self, Bent};
 use super::scored::{self, Scales, Scored};
-use residuals::predictor::{Predictor, State};
+use residuals::predictor::Predictor;
 use residuals::types::Base;
 
 /// What is asked of some runs.
@@ -36,7 +36,10 @@ impl<'a> Asked<'a> {
     pub fn posed(&self, known: &[Known]) -> Option<Posed<'a>> {
         let is_known = |id: &str| known.iter().any(|(candidate, _)| candidate.id == id);
         let list: Vec<Candidate> = self.list.iter().filter(|effect| !is_known(&effect.id)).cloned().collect();
-        let effects = state_of(self.base.0, known).effects;
+        let of = |(effect, coefficients): &Known| {
+            effect.regressors.iter().cloned().zip(coefficients.iter().copied()).collect::<Vec<_>>()
+        };
+        let effects: Vec<(Regressor, f64)> = known.iter().flat_map(of).collect();
         let removed = self.removed_beside(known);
         Posed::new(self.predictor, self.free, self.base, &list, &removed, &effects)
     }
@@ -57,14 +60,6 @@ impl<'a> Asked<'a> {
         let field = (0..posed.runs.len()).filter(|&run| posed.is_field(run)).count();
         Some(posterior::among_effects(&scored, field))
     }
-}
-
-/// The base with effects.
-pub fn state_of(base: &Base, known: &[Known]) -> State {
-    let of = |(candidate, coefficients): &Known| {
-        candidate.regressors.iter().cloned().zip(coefficients.iter().copied()).collect::<Vec<_>>()
-    };
-    State { torque: base.torque, effects: known.iter().flat_map(of).collect() }
 }
 
 /// Scores the best few anew, about their own sizes. A way that bends loses evidence: another of the

@@ -4,8 +4,6 @@
 //! differs from run to run is integrated out of each run's products, the rest out of their sums:
 //! −2 ln p(y) = y'V⁻¹y + ln|V|, up to what all hypotheses share.
 
-use std::ops::Range;
-
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::normal::log_within;
@@ -57,23 +55,19 @@ impl Marginal {
         Self { products: self.products.view((0, 0), (size, size)).into_owned(), log_det: self.log_det }
     }
 
-    /// With variances of the functions; `None` where they are no numbers.
+    /// Coefficients of the functions, of this run alone and with these variances, integrated out;
+    /// `None` where the variances are no numbers.
     pub fn of(products: &DMatrix<f64>, shape: Shape, variances: &[f64]) -> Option<Self> {
-        Self::without(products, shape.first()..shape.further(), variances)
-    }
-
-    /// Coefficients of some columns, of this run alone and with these variances, integrated out.
-    pub fn without(products: &DMatrix<f64>, columns: Range<usize>, variances: &[f64]) -> Option<Self> {
         let roots: Vec<f64> = variances.iter().map(|variance| variance.sqrt()).collect();
-        let mut along = products.rows(columns.start, columns.len()).into_owned();
+        let mut along = products.rows(shape.first(), shape.functions).into_owned();
         for (mut row, root) in along.row_iter_mut().zip(&roots) {
             row *= *root;
         }
-        let mut inner = along.columns(columns.start, columns.len()).into_owned();
+        let mut inner = along.columns(shape.first(), shape.functions).into_owned();
         for (mut column, root) in inner.column_iter_mut().zip(&roots) {
             column *= *root;
         }
-        inner += DMatrix::identity(columns.len(), columns.len());
+        inner += DMatrix::identity(shape.functions, shape.functions);
         let factor = Cholesky::new(inner)?;
         let solved = factor.l_dirty().solve_lower_triangular_mut(&mut along);
         let products = products - along.transpose() * &along;

@@ -6,14 +6,12 @@ use super::priors::SURE;
 use super::scored::Scored;
 
 /// A cause of the dictionary.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Cause {
-    /// Its id.
-    pub id: String,
+struct Cause {
+    id: String,
     /// ln evidence over none.
-    pub evidence: f64,
+    evidence: f64,
     /// The way in which it shows best, by its place.
-    pub best: usize,
+    best: usize,
 }
 
 /// Ids and probabilities of the effects if it is one of them, the likeliest first. `runs`: of the
@@ -41,7 +39,7 @@ pub fn smallest_sure(probabilities: impl Iterator<Item = f64>, of_all: f64) -> u
 
 impl Cause {
     /// Each cause of some ways.
-    pub fn all(scored: &[Scored]) -> Vec<Self> {
+    fn all(scored: &[Scored]) -> Vec<Self> {
         let mut ids: Vec<&str> = scored.iter().map(|each| each.way.candidate.id.as_str()).collect();
         ids.sort_unstable();
         ids.dedup();

@@ -1,7 +1,8 @@
 //! Every prior and every constant of the likelihood, each with its reason. None but [`FORM_ERRORS`]
 //! was set by what verdicts came of it.
 
-/// The smallest set of causes with this probability is the answer. Convention.
+/// Of a tie the smallest set with this probability stays; a name that all other effects together
+/// exceed by it is taken back. Convention.
 pub const SURE: f64 = 0.95;
 
 /// RMS of what an effect adds, standard deviations of the noise: the least. Derived: below it the

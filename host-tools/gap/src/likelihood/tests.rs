@@ -237,6 +237,7 @@ fn named(field: &[(Regressor, f64)], names: &[(Regressor, f64)]) -> Report {
     named_in(&clean, &runs(6, field, &mut normal), names)
 }
 
+/// The same of these runs.
 fn named_in(clean: &Runs, field: &Runs, names: &[(Regressor, f64)]) -> Report {
     let base = base(TorqueModel::from_array(TORQUE));
     let options = Options::default();
