@@ -1,8 +1,8 @@
 //! What rules found, weighed by the likelihood: is a gap without a name more than relabelled runs
 //! show, and is a name probable among the listed effects?
 //!
-//! Rules name what explains most, and the locked runs confirm that it is there in part. Both rank
-//! with noise models of their own: a name that the likelihood ranks far behind another is none.
+//! Rules name what explains most, and the locked runs confirm that it is there in part. The
+//! likelihood knows what the form may get wrong: a name that it ranks far behind another is none.
 
 use std::collections::BTreeSet;
 

@@ -24,7 +24,7 @@ const ROWS_PER_S: f64 = 20.0;
 
 /// Rows that are kept per period of the filter's cutoff: more of them repeat each other, and the
 /// band above the cutoff holds nothing but what the model of filtered signals gets wrong.
-const ROWS_PER_CUTOFF: f64 = 3.0;
+pub const ROWS_PER_CUTOFF: f64 = 3.0;
 
 /// Rows a second that are kept at least, where the log has them: interpolating a delay needs them.
 const LEAST_ROWS_PER_S: f64 = 8.0;

@@ -83,7 +83,7 @@ fn scatter(posed: &Posed<'_>, scales: &Scales) -> Option<Vec<f64>> {
     leaves.rows_mut(1, size - 1).copy_from(&-solved.values);
     let of = |run: &RunProducts| {
         let square = leaves.dot(&(run.products.view((0, 0), (size, size)) * &leaves));
-        (square / run.kept.count().max(1.0)).ln()
+        (square / run.weight.max(f64::MIN_POSITIVE)).ln()
     };
     Some(posed.runs.iter().map(of).collect())
 }

@@ -53,32 +53,10 @@ pub const WITHOUT_STEP: [f64; 2] = [0.05, 0.4];
 pub const WRONG_MASS: f64 = 0.25;
 /// Times that are tried in a run, at most. Chosen for time.
 pub const MOST_TIMES: f64 = 30.0;
-/// Most of a switch of rolling resistance, and where in a run no step is looked for; values beyond
-/// so many standard deviations count as if they were there while memory and scales are told. As the
-/// rules' own.
-pub use residuals::thresholds::detect::{MOST_ROLLING, MOST_SIGMAS, RUN_ENDS};
+/// Most of a switch of rolling resistance, and where in a run no step is looked for. As the rules'
+/// own.
+pub use residuals::thresholds::detect::{MOST_ROLLING, RUN_ENDS};
 
-/// Order of the autoregression, kept rows. As the rules' own.
-pub use residuals::thresholds::noise::ORDER;
-/// Rows that are kept per period of the filter's cutoff. Derived: the filter passes next to
-/// nothing above its cutoff, and an autoregression cannot whiten an empty band.
-pub const ROWS_PER_CUTOFF: f64 = 3.0;
-/// White noise added to the autocovariance, as a share of the variance. Derived: above rounding
-/// and below what a filter leaves.
-pub const WHITE_FLOOR: f64 = 0.01;
-/// Shares of rows below which the change of power ends a level. Derived: most rows are steady, and
-/// a tenth of them has nine tenths of what filtered signals get wrong.
-pub const JERK_LEVELS: [f64; 6] = [0.65, 0.78, 0.86, 0.91, 0.95, 0.975];
-/// Levels of power between which the noise's scale is interpolated. Chosen.
-pub const POWER_LEVELS: usize = 7;
-/// Rows that a level's scale is worth beforehand. Chosen: two seconds of them.
-pub const LEVEL_ROWS: f64 = 50.0;
-/// Variance of the least spike, as a share of the noise's. Derived: no row is known exactly.
-pub const LEAST_SPIKE: f64 = 1e-4;
-/// Degrees of freedom that are tried; the last is normal.
-pub const FREEDOMS: [f64; 8] = [2.5, 3.0, 4.0, 5.0, 7.0, 10.0, 20.0, NORMAL];
-/// From here on Student's t is normal.
-pub const NORMAL: f64 = 100.0;
 /// Causes further behind the first than this cannot win by their bend, nats. Derived: what
 /// linear rankings were seen to be off by is a share of the gain; see [`NEAR_SHARE`].
 pub const NEAR: f64 = 20.0;

@@ -8,31 +8,24 @@ use rayon::prelude::*;
 
 use super::evidence::Shape;
 use super::functions::{Group, functions};
-use super::noise::{Noise, Told};
-use super::precision::Precision;
 use super::predicted::Predicted;
 use super::priors::LOOSE;
-use super::rows::{Kept, kept};
+use super::rows::Kept;
 use super::ways::{Way, switched, times, ways};
 use residuals::noise::whiten::Signal;
+use residuals::noise::{Memory, Noise};
 use residuals::predictor::{Predictor, State};
 use residuals::types::Base;
-
-/// Added to the diagonal of scaled products, so that [`weigh`]'s columns may be alike.
-const RIDGE: f64 = 1e-4;
 
 /// One run.
 #[derive(Debug, Clone)]
 pub struct RunProducts {
-    /// Which rows count.
-    pub kept: Kept,
-    /// Measured, base, functions, ways; in the field also masses and steps.
-    pub columns: DMatrix<f64>,
-    /// The noise of its rows.
-    pub precision: Precision,
-    /// Precision times measured, base and functions.
-    solved: DMatrix<f64>,
-    /// Sums of products, in variances of the noise.
+    /// Sum of its rows' weights.
+    pub weight: f64,
+    /// Measured, base and functions, whitened.
+    white: DMatrix<f64>,
+    /// Sums of products of these, then ways; in the field also masses and steps. In variances of the
+    /// noise.
     pub products: DMatrix<f64>,
     /// Unit of its mass.
     pub mass_unit: f64,
@@ -61,7 +54,9 @@ pub struct Posed<'a> {
     pub switches: Vec<(Switched, (f64, f64))>,
     /// Unit of each switch.
     pub switch_units: Vec<f64>,
-    /// The noise.
+    /// The rows that count.
+    pub kept: Kept,
+    /// Their noise.
     pub noise: Noise,
     /// Precision of the base's parameters, in units of their columns.
     pub base: DMatrix<f64>,
@@ -98,11 +93,11 @@ impl<'a> Posed<'a> {
         // Clean runs have none of what is known.
         let start_of = |run: usize| &starts[usize::from(runs[run].clean)];
         let power: Signal = (0..runs.len()).map(|run| predicted.power(run, &start)).collect();
-        let kept = kept(predictor.runs);
+        let kept = Kept::of(predictor.runs);
         let slips = !predictor.runs.robot.conditioning().slip.is_off();
         let regressors =
             if slips { &[Regressor::Delay, Regressor::HalfSlip][..] } else { &[Regressor::Delay] };
-        let thin = |run: usize, values: &[f64]| kept[run].thin(values);
+        let thin = |run: usize, values: &[f64]| kept.thin(run, values);
         let residual: Signal = (0..runs.len())
             .map(|run| {
                 let rows = runs[run].rows.iter().zip(&power[run]);
@@ -120,21 +115,11 @@ impl<'a> Posed<'a> {
                 all.map(|values| thin(run, &values)).collect()
             })
             .collect();
-        let thin_power: Signal = (0..runs.len()).map(|run| thin(run, &power[run])).collect();
         let (signals, groups): (Vec<Signal>, Vec<Group>) =
             functions(predictor.runs, &free, start_of, &power, list).into_iter().unzip();
         let functions: Vec<Vec<Vec<f64>>> = (0..runs.len())
             .map(|run| signals.iter().map(|signal| thin(run, &signal[run])).collect())
             .collect();
-        let places: Vec<usize> = (0..runs.len()).filter(|&run| runs[run].clean).collect();
-        let rough = few_columns(&places, &residual, &bases, &functions, &thin_power)?;
-        let noise = Noise::told(
-            &places
-                .iter()
-                .zip(&rough)
-                .map(|(&run, residual)| Told { kept: &kept[run], power: &thin_power[run], residual })
-                .collect::<Vec<_>>(),
-        )?;
         let lengths: Vec<f64> = runs
             .iter()
             .filter(|run| !run.clean)
@@ -150,7 +135,7 @@ impl<'a> Posed<'a> {
                 all.extend(functions[run].iter().cloned());
                 for way in &ways {
                     let slopes = free.slopes(run, start_of(run), &way.candidate.regressors);
-                    all.extend(slopes.iter().map(|slope| kept[run].thin(slope)));
+                    all.extend(slopes.iter().map(|slope| kept.thin(run, slope)));
                 }
                 let length = runs[run].rows.last().map_or(0.0, |row| row.time);
                 let mut step_times = Vec::new();
@@ -167,22 +152,27 @@ impl<'a> Posed<'a> {
                     let regressors: Vec<Regressor> =
                         [Regressor::Mass(run)].into_iter().chain(steps).collect();
                     let slopes = free.slopes(run, start_of(run), &regressors);
-                    all.extend(slopes.iter().map(|slope| kept[run].thin(slope)));
+                    all.extend(slopes.iter().map(|slope| kept.thin(run, slope)));
                 }
-                let rows = kept[run].rows.len();
+                let rows = residual[run].len();
                 (DMatrix::from_iterator(rows, all.len(), all.into_iter().flatten()), step_times)
             })
             .collect();
         let shape = Shape { base: bases.first()?.len(), functions: signals.len() };
         let (mut matrices, step_times): (Vec<_>, Vec<_>) = columns.into_iter().unzip();
+        let count = ways.iter().map(|way| way.units.len()).sum::<usize>();
+        let noise = noise_of(&kept, &matrices, shape, count);
+        let std_w = noise.floor_w2.sqrt();
+        if std_w.is_nan() || std_w <= 0.0 {
+            return None;
+        }
         let is_field = |run: &usize| !runs[*run].clean;
         let field: Vec<usize> = (0..runs.len()).filter(is_field).collect();
         let everywhere: Vec<usize> = (0..runs.len()).collect();
-        let base_units = scale(&mut matrices, &everywhere, 1..shape.first(), noise.std_w);
-        scale(&mut matrices, &everywhere, shape.first()..shape.further(), noise.std_w);
-        let count = ways.iter().map(|way| way.units.len()).sum::<usize>();
+        let base_units = scale(&mut matrices, &everywhere, 1..shape.first(), std_w);
+        scale(&mut matrices, &everywhere, shape.first()..shape.further(), std_w);
         let first = shape.further();
-        let units = scale(&mut matrices, &field, first..first + count, noise.std_w);
+        let units = scale(&mut matrices, &field, first..first + count, std_w);
         for way in &mut ways {
             let range = way.columns();
             way.units.copy_from_slice(&units[range]);
@@ -190,9 +180,9 @@ impl<'a> Posed<'a> {
         let mass_place = first + count;
         let mut mass_units = vec![1.0; runs.len()];
         for &run in &field {
-            mass_units[run] = scale(&mut matrices, &[run], mass_place..mass_place + 1, noise.std_w)[0];
+            mass_units[run] = scale(&mut matrices, &[run], mass_place..mass_place + 1, std_w)[0];
         }
-        let unit = |kind| scale_steps(&mut matrices, &field, &step_times, mass_place + 1, kind, noise.std_w);
+        let unit = |kind| scale_steps(&mut matrices, &field, &step_times, mass_place + 1, kind, std_w);
         let switch_units = (0..switches.len()).map(unit).collect();
         let mut order = groups.clone();
         order.sort_unstable();
@@ -206,21 +196,19 @@ impl<'a> Posed<'a> {
             })
             .collect();
         let usual = moving.iter().sum::<f64>() / moving.len().max(1) as f64;
-        let mut runs: Vec<RunProducts> = matrices
+        let runs: Vec<RunProducts> = matrices
             .into_par_iter()
             .zip(step_times)
             .enumerate()
             .map(|(run, (columns, step_times))| {
-                let precision = noise.precision(&kept[run], &thin_power[run]);
-                let (solved, products) = solved_products(&columns, &precision, shape);
-                let (kept, mass_unit) = (kept[run].clone(), mass_units[run]);
-                RunProducts { kept, columns, precision, solved, products, mass_unit, step_times }
+                let white = whitened(&noise, &kept, run, &columns);
+                let products = white.tr_mul(&white);
+                let weight = noise.weights[run].iter().map(|root| root * root).sum();
+                let white = white.columns(0, shape.further()).into_owned();
+                RunProducts { weight, white, products, mass_unit: mass_units[run], step_times }
             })
             .collect();
-        if noise.information() < 1.0 {
-            weigh(&mut runs, &noise, shape, count, &|run| !predictor.runs.runs[run].clean);
-        }
-        let power = usual / noise.std_w;
+        let power = usual / std_w;
         let first = shape.base - known.len();
         let sizes = known.iter().zip(&base_units[first..]).map(|((_, c), unit)| (c * unit).powi(2));
         Some(Self {
@@ -233,6 +221,7 @@ impl<'a> Posed<'a> {
             ways,
             switches,
             switch_units,
+            kept,
             noise,
             base: DMatrix::from_diagonal_element(shape.base, shape.base, LOOSE),
             runs,
@@ -258,83 +247,53 @@ impl<'a> Posed<'a> {
     }
 }
 
-impl RunProducts {
-    /// Sums of products of what was measured and further columns anew, base and functions as they
-    /// were.
-    pub fn with(&self, columns: &DMatrix<f64>, shape: Shape) -> DMatrix<f64> {
-        let (old, new) = (shape.further() - 1, columns.ncols());
-        let inner = columns.transpose() * self.precision.inverse_times(columns);
-        let cross = self.solved.columns(1, old).transpose() * columns;
-        let mut all = DMatrix::zeros(old + new, old + new);
-        all.view_mut((1, 1), (old, old)).copy_from(&self.products.view((1, 1), (old, old)));
-        all[(0, 0)] = inner[(0, 0)];
-        all.view_mut((1, 0), (old, 1)).copy_from(&cross.columns(0, 1));
-        all.view_mut((0, 1), (1, old)).copy_from(&cross.columns(0, 1).transpose());
-        let (first, further) = (shape.further(), new - 1);
-        all.view_mut((1, first), (old, further)).copy_from(&cross.columns(1, further));
-        all.view_mut((first, 1), (further, old)).copy_from(&cross.columns(1, further).transpose());
-        all.view_mut((0, first), (1, further)).copy_from(&inner.view((0, 1), (1, further)));
-        all.view_mut((first, 0), (further, 1)).copy_from(&inner.view((1, 0), (further, 1)));
-        all.view_mut((first, first), (further, further)).copy_from(&inner.view((1, 1), (further, further)));
+impl Posed<'_> {
+    /// Sums of products of what was measured in a run and further columns anew, base and functions
+    /// as they were.
+    pub fn products_with(&self, run: usize, columns: &DMatrix<f64>) -> DMatrix<f64> {
+        let old = &self.runs[run];
+        let new = whitened(&self.noise, &self.kept, run, columns);
+        let (base, further) = (self.shape.further() - 1, columns.ncols() - 1);
+        let (inner, cross) = (new.tr_mul(&new), new.tr_mul(&old.white.columns(1, base)));
+        // Measured and further columns on either side of base and functions.
+        let mut all = DMatrix::zeros(1 + base + further, 1 + base + further);
+        all.view_mut((1, 1), (base, base)).copy_from(&old.products.view((1, 1), (base, base)));
+        let place = |k: usize| if k == 0 { 0 } else { base + k };
+        for i in 0..=further {
+            for j in 0..=further {
+                all[(place(i), place(j))] = inner[(i, j)];
+            }
+            all.view_mut((place(i), 1), (1, base)).copy_from(&cross.row(i));
+            all.view_mut((1, place(i)), (base, 1)).copy_from(&cross.row(i).transpose());
+        }
         all
     }
 }
 
-/// Precision times measured, base and functions, and sums of products.
-fn solved_products(
-    columns: &DMatrix<f64>,
-    precision: &Precision,
-    shape: Shape,
-) -> (DMatrix<f64>, DMatrix<f64>) {
-    let solved = precision.inverse_times(columns);
-    let products = columns.transpose() * &solved;
-    (solved.columns(0, shape.further()).into_owned(), products)
+/// Columns of a run, whitened.
+fn whitened(noise: &Noise, kept: &Kept, run: usize, columns: &DMatrix<f64>) -> DMatrix<f64> {
+    let rows = columns.nrows();
+    let white =
+        columns.as_slice().chunks(rows.max(1)).flat_map(|column| noise.whiten(&kept.runs, run, column));
+    DMatrix::from_iterator(rows, columns.ncols(), white)
 }
 
-/// What base and a few functions leave of the runs that tell of the noise. More functions, fitted
-/// to six runs, would take their memory along.
-fn few_columns(
-    places: &[usize],
-    residual: &Signal,
-    bases: &[Vec<Vec<f64>>],
-    functions: &[Vec<Vec<f64>>],
-    power: &Signal,
-) -> Option<Signal> {
-    // Level, motion, speed and its square, turning, gain, time, mass.
-    const FEW: [usize; 8] = [0, 1, 3, 4, 9, 21, 30, 26];
-    let all: Vec<DMatrix<f64>> = places
-        .iter()
-        .map(|&run| {
-            let few = FEW.iter().filter_map(|place| functions[run].get(*place));
-            let columns: Vec<_> = [&residual[run]].into_iter().chain(&bases[run]).chain(few).collect();
-            DMatrix::from_fn(power[run].len(), columns.len(), |row, column| columns[column][row])
-        })
-        .collect();
-    let mut sum = DMatrix::zeros(all.first()?.ncols(), all.first()?.ncols());
-    for run in &all {
-        sum += run.transpose() * run;
-    }
-    let values = least_squares(&sum, 1e-9)?;
-    Some(all.iter().map(|run| residual_of(run, &values)).collect())
-}
-
-/// Coefficients of all columns but the first, whose squares they make least; by scaled products
-/// with a ridge.
-fn least_squares(products: &DMatrix<f64>, ridge: f64) -> Option<nalgebra::DVector<f64>> {
-    let count = products.ncols() - 1;
-    let scales: Vec<f64> = (1..=count).map(|k| products[(k, k)].max(1e-300).sqrt()).collect();
-    let scaled = DMatrix::from_fn(count, count, |i, j| {
-        products[(1 + i, 1 + j)] / scales[i] / scales[j] + if i == j { ridge } else { 0.0 }
-    });
-    let right = nalgebra::DVector::from_fn(count, |i, _| products[(1 + i, 0)] / scales[i]);
-    let mut values = nalgebra::Cholesky::new(scaled)?.solve(&right);
-    values.iter_mut().zip(&scales).for_each(|(value, scale)| *value /= scale);
-    Some(values)
-}
-
-fn residual_of(columns: &DMatrix<f64>, values: &nalgebra::DVector<f64>) -> Vec<f64> {
-    let fit = columns.columns(1, values.len()) * values;
-    (columns.column(0) - fit).as_slice().to_vec()
+/// The noise that base, functions and ways leave: what differs in the field is not in clean runs.
+fn noise_of(kept: &Kept, columns: &[DMatrix<f64>], shape: Shape, ways: usize) -> Noise {
+    let of = |(run, columns): (usize, &DMatrix<f64>)| -> Vec<Vec<f64>> {
+        let clean = kept.runs.runs[run].clean;
+        let column = |place: usize| columns.column(place).as_slice().to_vec();
+        let only = |shown: bool, place: usize| if shown { column(place) } else { vec![0.0; columns.nrows()] };
+        let first = shape.first();
+        let base = (1..first).map(column);
+        let of_clean = (first..shape.further()).map(|place| only(clean, place));
+        let of_field = (first..shape.further() + ways).map(|place| only(!clean, place));
+        base.chain(of_clean).chain(of_field).chain([column(0)]).collect()
+    };
+    let columns: Vec<_> = columns.iter().enumerate().map(of).collect();
+    let mut noise = Noise::estimate(&kept.runs, &columns, Memory::OfClean);
+    noise.std_w *= noise.modelled().sqrt();
+    noise
 }
 
 /// Scales columns so that their RMS over some runs is `std_w`; the units.
@@ -381,29 +340,4 @@ fn scale_steps(
         steps.unscale_mut(unit);
     }
     unit
-}
-
-/// Student's weights, by what a flexible fit of clean and of field runs leaves.
-fn weigh(
-    runs: &mut [RunProducts],
-    noise: &Noise,
-    shape: Shape,
-    ways: usize,
-    is_field: &dyn Fn(usize) -> bool,
-) {
-    for field in [false, true] {
-        let size = shape.further() + if field { ways } else { 0 };
-        let places: Vec<usize> = (0..runs.len()).filter(|&run| is_field(run) == field).collect();
-        let mut sum = DMatrix::zeros(size, size);
-        for &run in &places {
-            sum += runs[run].products.view((0, 0), (size, size));
-        }
-        let Some(values) = least_squares(&sum, RIDGE) else { continue };
-        for &run in &places {
-            let run = &mut runs[run];
-            let residual = residual_of(&run.columns, &values);
-            run.precision.weigh_by(noise, &residual);
-            (run.solved, run.products) = solved_products(&run.columns, &run.precision, shape);
-        }
-    }
 }

@@ -8,7 +8,7 @@ use super::delay::later;
 use super::evidence::{Marginal, Totals, reduce};
 use super::normal::log_mean;
 use super::priors::{BENT_SETTLED, BENT_STEPS, DELAY_STEPS, RUN_SCALES};
-use super::products::{Posed, RunProducts};
+use super::products::Posed;
 use super::scored::Scales;
 use super::ways::Way;
 use residuals::predictor::State;
@@ -86,13 +86,12 @@ pub fn delay(posed: &Posed<'_>, scales: &Scales, (low, high): (f64, f64)) -> f64
         (0..posed.runs.len()).map(|run| posed.predicted.power(run, &posed.start)).collect();
     let misfit = |delay: f64| {
         let runs = (0..posed.runs.len()).map(|run| {
-            let products = &posed.runs[run];
             let shift = if posed.is_field(run) { delay } else { 0.0 };
             let late = later(&powers[run], shift, posed.predictor.runs.period_s);
             let rows = posed.predictor.runs.runs[run].rows.iter().zip(&late);
-            let residual = products.kept.thin(&rows.map(|(row, at)| row.power - at).collect::<Vec<_>>());
+            let residual = posed.kept.thin(run, &rows.map(|(row, at)| row.power - at).collect::<Vec<_>>());
             let columns = DMatrix::from_column_slice(residual.len(), 1, &residual);
-            Marginal { products: products.with(&columns, posed.shape), log_det: 0.0 }
+            Marginal { products: posed.products_with(run, &columns), log_det: 0.0 }
         });
         let runs: Vec<Marginal> = runs.collect();
         let totals = Totals::of(posed.shape, runs.iter().map(|run| (true, run)));
@@ -116,22 +115,14 @@ pub fn size(way: &Way, coefficients: &[f64]) -> f64 {
 pub fn products(posed: &Posed<'_>, way: &Way, coefficients: &[f64]) -> Vec<Option<DMatrix<f64>>> {
     let of_run = |run: usize| {
         let measured: Vec<f64> = posed.predictor.runs.runs[run].rows.iter().map(|row| row.power).collect();
-        let products = &posed.runs[run];
-        let columns = || columns(posed, products, run, way, coefficients, &measured);
-        posed.is_field(run).then(|| products.with(&columns(), posed.shape))
+        let columns = || columns(posed, run, way, coefficients, &measured);
+        posed.is_field(run).then(|| posed.products_with(run, &columns()))
     };
     (0..posed.runs.len()).into_par_iter().map(of_run).collect()
 }
 
 /// What the model, linear about some coefficients, leaves of a power at none; then a way's slopes.
-fn columns(
-    posed: &Posed<'_>,
-    products: &RunProducts,
-    run: usize,
-    way: &Way,
-    coefficients: &[f64],
-    power: &[f64],
-) -> DMatrix<f64> {
+fn columns(posed: &Posed<'_>, run: usize, way: &Way, coefficients: &[f64], power: &[f64]) -> DMatrix<f64> {
     let regressors = &way.candidate.regressors;
     let effects = regressors.iter().cloned().zip(coefficients.iter().copied());
     let (start, predicted) = (&posed.start, &posed.predicted);
@@ -139,10 +130,10 @@ fn columns(
         State { torque: start.torque, effects: start.effects.iter().cloned().chain(effects).collect() };
     let at = predicted.power(run, &state);
     let residual: Vec<f64> = power.iter().zip(&at).map(|(power, at)| power - at).collect();
-    let mut residual = products.kept.thin(&residual);
+    let mut residual = posed.kept.thin(run, &residual);
     let mut columns = DMatrix::zeros(residual.len(), 1 + regressors.len());
     for (k, slope) in predicted.slopes(run, &state, regressors).iter().enumerate() {
-        let slope = products.kept.thin(slope);
+        let slope = posed.kept.thin(run, slope);
         residual.iter_mut().zip(&slope).for_each(|(residual, slope)| *residual += slope * coefficients[k]);
         columns.column_mut(1 + k).copy_from_slice(&slope);
         columns.column_mut(1 + k).unscale_mut(way.units[k]);

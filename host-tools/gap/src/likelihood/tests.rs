@@ -4,26 +4,24 @@
 use std::slice::from_ref;
 
 use logs::robot::Robot;
-use logs::runs::{RawRun, Row, Rows, Runs};
+use logs::runs::{RawRun, Row, Rows, Run, Runs};
 use model::effects::{Candidate, Regressor};
 use model_core::effects::Term;
 use model_core::estimator::Sample;
-use model_core::filter::{Channel, LowPass};
 use model_core::torque::{Drive, TorqueModel};
 use nalgebra::{DMatrix, DVector};
 
 use super::LEVEL;
 use super::evidence::{Marginal, Shape, Totals, Variances, gain_of_several, reduce};
-use super::noise::{Noise, Told};
-use super::priors::ORDER;
 use super::question::Question;
 use super::rows::Kept;
 use crate::report::{Report, Rival, example};
+use residuals::noise::{Memory, Noise};
 use residuals::predictor::{Predictor, State};
 use residuals::types::{Base, Named, Options, Verdict};
 
 /// Normal values: sums of twelve numbers of a multiplier.
-struct Normal(u64);
+pub(super) struct Normal(pub(super) u64);
 
 impl Normal {
     fn next(&mut self) -> f64 {
@@ -86,49 +84,42 @@ fn evidences_are_those_of_the_whole_covariance() {
     }
 }
 
-/// On noise alone z is a standard normal variable: its variance over 400 columns of as many runs is
-/// 1 within three standard errors, 0.2, in the filter's band as well, whatever it leaves empty.
+/// On noise alone z is a standard normal variable: its variance over 33 columns of twelve runs is 1
+/// within three standard errors, 0.2, in the filter's band as well, whatever it leaves empty.
 #[test]
 fn the_variance_of_z_on_pure_noise_is_one() {
-    const ROWS: usize = 400;
-    let kept = Kept { rows: (0..ROWS).collect(), known: (0..ROWS).map(|row| row >= ORDER).collect() };
-    let power: Vec<f64> = (0..ROWS).map(|row| 2.0 + (0.03 * row as f64).sin()).collect();
-    for cutoff_hz in [None, Some(5.6)] {
-        let filter = cutoff_hz.map(|cutoff| LowPass::<f64>::new(cutoff, 0.05).unwrap());
-        let mut normal = Normal(5);
-        let mut noise = || {
-            let rows = normal.coloured(2 * ROWS, 0.05);
-            let passed: Vec<f64> = match &filter {
-                None => rows,
-                Some(filter) => {
-                    let mut channel = Channel::default();
-                    rows.into_iter().map(|x| filter.step(&mut channel, x).value).collect()
-                }
-            };
-            passed[ROWS..].to_vec()
+    let mut normal = Normal(5);
+    let mut runs = runs(18, &[], &mut normal);
+    runs.runs[..6].iter_mut().for_each(|run| run.clean = true);
+    let kept = Kept::of(&runs);
+    for filtered in [false, true] {
+        let noise_of = |(place, run): (usize, &Run)| {
+            let rows = normal.coloured(run.rows.len(), 0.05);
+            kept.thin(place, &if filtered { runs.smoothed(run, rows) } else { rows })
         };
-        let clean: Vec<Vec<f64>> = (0..6).map(|_| noise()).collect();
-        let told: Vec<Told<'_>> =
-            clean.iter().map(|residual| Told { kept: &kept, power: &power, residual }).collect();
-        let precision = Noise::told(&told).unwrap().precision(&kept, &power);
-        let mut sum = 0.0;
-        for k in 0..400 {
-            let y = noise();
-            let column = (0..ROWS).map(|row| (0.001 * f64::from(k + 1) * row as f64).sin());
-            let columns =
-                DMatrix::from_iterator(ROWS, 2, y.iter().copied().chain(column.collect::<Vec<_>>()));
-            let products = columns.tr_mul(&precision.inverse_times(&columns));
-            sum += products[(0, 1)].powi(2) / products[(1, 1)];
+        let noise: Vec<Vec<f64>> = runs.runs.iter().enumerate().map(noise_of).collect();
+        let columns: Vec<_> = noise.iter().map(|run| vec![run.clone()]).collect();
+        let told = Noise::estimate(&kept.runs, &columns, Memory::OfClean);
+        let mut squares = Vec::new();
+        for (place, noise) in noise.iter().enumerate().skip(6) {
+            let y = told.whiten(&kept.runs, place, noise);
+            for k in 0..33 {
+                let column = (0..y.len()).map(|row| (0.03 * (f64::from(k) + 0.5) * row as f64).sin());
+                let x = told.whiten(&kept.runs, place, &column.collect::<Vec<_>>());
+                let [along, square] =
+                    [&y, &x].map(|other| x.iter().zip(other).map(|(x, other)| x * other).sum::<f64>());
+                squares.push(along * along / square);
+            }
         }
-        let variance = sum / 400.0;
-        assert!((variance - 1.0).abs() < 0.2, "{cutoff_hz:?}: {variance}");
+        let variance = squares.iter().sum::<f64>() / squares.len() as f64 / told.modelled();
+        assert!((variance - 1.0).abs() < 0.2, "{filtered}: {variance}");
     }
 }
 
 const TORQUE: [f64; 7] = [0.05, 0.01, 0.004, 0.002, 1.3, 2.0, 0.0];
 
 /// Runs of a minute with what the base predicts, an effect, and noise.
-fn runs(count: u32, effects: &[(Regressor, f64)], normal: &mut Normal) -> Runs {
+pub(super) fn runs(count: u32, effects: &[(Regressor, f64)], normal: &mut Normal) -> Runs {
     let burger = Robot::named("burger").unwrap().chassis(2.0).unwrap();
     let raw = (0..count).map(|run| {
         let pace = 0.3 + 0.11 * f64::from(run % 5);

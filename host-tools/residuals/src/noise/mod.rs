@@ -11,7 +11,7 @@ use self::regression::{Columns, Regression};
 use self::spread::Spread;
 use self::whiten::{Signal, Whitener};
 use super::thresholds::detect::NO_DIFFERENCE;
-use super::thresholds::noise::{BLOCKS_S, LEAST_QUIET, PASSES, QUIETER};
+use super::thresholds::noise::{BLOCKS_S, LEAST_QUIET, PASSES, QUIETER, WHITE_FLOOR};
 
 /// Which runs the autoregression of the noise is estimated from.
 #[derive(Debug, Clone, Copy)]
@@ -118,6 +118,15 @@ impl Noise {
         let known = || self.weights.iter().flatten().filter(|weight| **weight > 0.0);
         let square: f64 = known().map(|weight| weight * weight).sum();
         self.std_w / (square / known().count().max(1) as f64).sqrt().max(1e-300)
+    }
+
+    /// Variance of the autoregression as a model, in that of what it leaves. It has the white noise
+    /// that keeps it apart from what a filter leaves empty; without that all that the filter passes
+    /// would look a third smaller.
+    pub fn modelled(&self) -> f64 {
+        let white = WHITE_FLOOR / (1.0 + WHITE_FLOOR) * self.floor_w2;
+        let through = 1.0 + self.whitener.coefficients.iter().map(|a| a * a).sum::<f64>();
+        1.0 + white * through / self.usual_w().powi(2)
     }
 
     /// Whitened, weighted, per standard deviation.
