@@ -41,6 +41,8 @@ pub struct Request<'a> {
     pub random_starts: u32,
     /// Where the coefficients are to be written.
     pub out: Option<&'a Path>,
+    /// What makes the logs ones that no fit can be used of.
+    pub defect: Option<&'a Defect>,
     /// Whether those of a fit that cannot be used are written as well.
     pub force: bool,
 }
@@ -138,9 +140,10 @@ pub struct Answer {
 /// A log that cannot be read or is not one of this robot; power that is 0 all the time; data that
 /// determine no model.
 pub fn from_logs(context: &Context, request: &Request<'_>) -> Result<Answer> {
-    let Request { robot, files, mass_kg, out, force, .. } = *request;
+    let Request { robot, files, mass_kg, out, defect, force, .. } = *request;
     let mut warnings = entrance::look(context, robot, files, mass_kg)?;
     let mut fit = fit_logs(context, request)?;
+    fit.defect = defect.cloned().or(fit.defect);
     // What the logs look like explains what the fit says of itself.
     warnings.append(&mut fit.warnings);
     let out = out.filter(|_| fit.defect.is_none() || force);

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use answers::export::joints::Language;
+use answers::inspect;
 use fit::dataset::Reading;
 use fit::physical;
 use logs::checks;
@@ -222,8 +223,9 @@ fn answer(context: &Context, request: &Request<'_>) -> Result<Answer> {
         simulator.check_rate(&runs, clean)?;
     }
     say_what_is_missing(context, clean.as_ref().map(|clean| clean.runs.len()), coeffs.is_some());
-    checks::check_power(context, &runs)?;
-    clean.as_ref().map_or(Ok(()), |clean| checks::check_power(context, clean))?;
+    let measured = if simulator.is_some() { logs.to_vec() } else { [logs, &clean_logs[..]].concat() };
+    inspect::check(context, robot, &measured, request.force)?;
+    checks::say_where_none_moves(context, &runs);
     let mut options = Options::default();
     if let Some(file) = effects {
         options.user = UserCandidates::add(&user_effects, file, &mut runs, clean.as_mut())?;

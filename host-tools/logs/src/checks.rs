@@ -5,19 +5,12 @@ use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 
-use model_core::effects::GRAVITY;
 use support::context::Context;
 use support::error::{Error, Result};
 
-use super::POWER;
 pub use super::masses::{check_mass, masses};
 use super::robot::chassis::Together;
-use super::row::Run;
 use super::runs::Runs;
-
-/// Power per weight and speed, W/(N·m/s), that a robot on wheels can take: one of the most frugal
-/// needs 0.02, a small one with idle electronics in its power some tens.
-const PLAUSIBLE: (f64, f64) = (0.002, 200.0);
 
 /// Refuses logs that are there twice: a run that is open and locked, or clean and in the field,
 /// confirms itself.
@@ -97,46 +90,9 @@ fn is_same(one: &Path, other: &Path) -> Result<bool> {
     }
 }
 
-/// Refuses powers of another unit, and says where no run moves.
-///
-/// # Errors
-/// A run whose power is far from what moving the robot can take.
-pub fn check_power(context: &Context, runs: &Runs) -> Result<()> {
-    let mut moves = false;
-    for run in &runs.runs {
-        let Some((ratio, power)) = transport(runs, run) else { continue };
-        moves = true;
-        if !(PLAUSIBLE.0..=PLAUSIBLE.1).contains(&ratio) {
-            let message = format!(
-                "{power:.3} W in motion is {ratio:.2e} times weight and speed; expected {} to {} times (are these watts?)",
-                PLAUSIBLE.0, PLAUSIBLE.1
-            );
-            return Err(Error::failed(message).in_file(&run.name).in_column(POWER));
-        }
-    }
-    if !moves {
+/// Says where no run moves.
+pub fn say_where_none_moves(context: &Context, runs: &Runs) {
+    if !runs.runs.iter().any(|run| run.rows.iter().any(|row| row.wheels.is_moving())) {
         context.notice("the robot moves in none of these runs: effects of motion cannot be seen");
     }
-    Ok(())
-}
-
-/// Median power of a run in motion, per median of weight times the wheels' speed on the ground, and
-/// that power, W.
-fn transport(runs: &Runs, run: &Run) -> Option<(f64, f64)> {
-    // What all wheels add to the speed, at equal speeds: their radius.
-    let radius = runs.robot.rows()[..2]
-        .iter()
-        .map(|row| row.iter().map(|share| share.abs()).sum::<f64>())
-        .fold(0.0, f64::max);
-    let moving = || run.rows.iter().filter(|row| row.wheels.is_moving());
-    let mut power: Vec<f64> = moving().map(|row| row.power.abs()).collect();
-    let mut carried: Vec<f64> =
-        moving().map(|row| GRAVITY * row.mass * row.wheels.mean_speed() * radius).collect();
-    let (power, carried) = (middle(&mut power)?, middle(&mut carried)?);
-    (carried > 0.0).then_some((power / carried, power))
-}
-
-fn middle(values: &mut [f64]) -> Option<f64> {
-    let place = values.len() / 2;
-    (!values.is_empty()).then(|| *values.select_nth_unstable_by(place, f64::total_cmp).1)
 }

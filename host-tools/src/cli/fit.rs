@@ -2,12 +2,13 @@
 
 use std::path::PathBuf;
 
-use answers::inspect::{self, Severity};
+use answers::inspect;
 use board::flasher;
 use fit::entrance;
 use fit::form::{TERMS, TERMS_WITH_GYRO, Term};
 use fit::from_logs::{Answer, Request, Use, from_logs};
 use fit::pgd;
+use fit::usable::Defect;
 use fit::verdict::{Parameter, Verdict};
 use fit::warning::Kind;
 use gap::words::quantity;
@@ -110,6 +111,18 @@ pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
     if arguments.mass.is_none() {
         entrance::check_masses(context, robot, &logs)?;
     }
+    let problem = inspect::first_problem(context, robot, &logs)?;
+    let defect = problem.map(|(log, problem)| Defect {
+        why: format!("{}: {}", log.display(), problem.text),
+        remedy: problem.advice,
+    });
+    let refuse = |why: &str, remedy: &str| match arguments.overwrite.force {
+        true => Ok(()),
+        false => Err(Error::failed(format!("NOT USABLE ({why}): {remedy}. Nothing written"))),
+    };
+    if let Some(Defect { why, remedy }) = &defect {
+        refuse(why, remedy)?;
+    }
     let mut fit = from_logs(
         context,
         &Request {
@@ -122,16 +135,12 @@ pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
             pgd: &settings,
             random_starts: arguments.starts,
             out: arguments.out.as_deref(),
+            defect: defect.as_ref(),
             force: arguments.overwrite.force,
         },
     )?;
-    if let (Some(why), Some(remedy)) = (&fit.why, &mut fit.remedy) {
-        if let Some(mendable) = first_problem(context, robot, &logs)? {
-            *remedy = mendable;
-        }
-        if !arguments.overwrite.force {
-            return Err(Error::failed(format!("NOT USABLE ({why}): {remedy}. Nothing written")));
-        }
+    if let (Some(why), Some(remedy)) = (&fit.why, &fit.remedy) {
+        refuse(why, remedy)?;
     }
     fit.shortcoming.iter().for_each(|shortcoming| context.notice(shortcoming));
     fit.warnings.iter().for_each(|warning| context.notice(&warning.text));
@@ -169,17 +178,6 @@ fn run_grams(context: &Context, robot: &Robot, arguments: &Arguments) -> Result<
         return Err(Error::usage(message.to_lowercase()));
     }
     fit_grams::run(context, robot, grams, *model, *leave_one_out, *json)
-}
-
-/// The first problem of the logs, as the reason for a defect: that one can be mended.
-fn first_problem(context: &Context, robot: &Robot, logs: &[PathBuf]) -> Result<Option<String>> {
-    for log in logs {
-        let report = inspect::Report::of(context, log, robot, &mut |_, _| {})?;
-        if let Some(problem) = report.findings.iter().find(|finding| finding.severity == Severity::Problem) {
-            return Ok(Some(format!("{}: {}; {}", log.display(), problem.text, problem.advice)));
-        }
-    }
-    Ok(None)
 }
 
 /// Of the parameters' information; none where it is singular.

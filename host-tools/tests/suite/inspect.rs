@@ -170,7 +170,7 @@ fn what_a_fit_would_miss_is_said() {
         (standing, "the robot never moves"),
         (fast, "drives at 29.7 m/s"),
         (slow, "sample rate 5.0 Hz is low"),
-        (negative, "power_w is negative in 100 % of moving rows"),
+        (negative, "power_w is negative in 100 % of the moving rows"),
     ];
     for (text, expected) in cases {
         let report = json("burger", &log(&text).path);

@@ -56,7 +56,11 @@ fn bench() -> Bench {
     bench.put("plan.csv", "distance_m,speed_m_s\n5,0.15\n");
     let total = ["total_empty.csv=1", "total_full.csv=6", "--force", "--out", "forced.toml"];
     let forced = bench.done(&[&["fit", "--robot", "robot.toml"], &total[..]].concat());
-    assert!(forced.stdout.starts_with("NOT USABLE (R² −"), "{}", forced.stdout);
+    assert!(
+        forced.stdout.starts_with("NOT USABLE (total_empty.csv: power_w is total power"),
+        "{}",
+        forced.stdout
+    );
     bench
 }
 
@@ -65,11 +69,19 @@ const MISTAKES: [(&str, i32, &str); 26] = [
     // Power.
     ("fit total_empty.csv=1 total_full.csv=6 --out new.toml", 1, "add static_power_w = 6.40 to robot.toml"),
     ("fit negative_empty.csv=1 negative_full.csv=6 --out new.toml", 1, "read it with --flip-power"),
-    ("estimate --coeffs forced.toml empty.csv", 1, "NOT USABLE (R² −"),
-    ("predict --coeffs forced.toml --plan plan.csv --mass 1", 1, "NOT USABLE (R² −"),
-    ("export mjcf --coeffs forced.toml --out new.xml", 1, "NOT USABLE (R² −"),
-    ("flash --robot robot.toml --coeffs forced.toml --out new.bin", 1, "NOT USABLE (R² −"),
-    ("gap --coeffs forced.toml empty.csv", 1, "NOT USABLE (R² −"),
+    ("estimate --coeffs forced.toml empty.csv", 1, "NOT USABLE (total_empty.csv: power_w is total"),
+    (
+        "predict --coeffs forced.toml --plan plan.csv --mass 1",
+        1,
+        "NOT USABLE (total_empty.csv: power_w is total",
+    ),
+    ("export mjcf --coeffs forced.toml --out new.xml", 1, "NOT USABLE (total_empty.csv: power_w is total"),
+    (
+        "flash --robot robot.toml --coeffs forced.toml --out new.bin",
+        1,
+        "NOT USABLE (total_empty.csv: power_w is total",
+    ),
+    ("gap --coeffs forced.toml empty.csv", 1, "NOT USABLE (total_empty.csv: power_w is total"),
     // Masses.
     ("fit bare_empty.csv bare_full.csv --out new.toml", 2, "bare_empty.csv=KG bare_full.csv=KG"),
     ("compare --train bare_empty.csv bare_full.csv --plot new.svg", 2, "bare_empty.csv=KG bare_full.csv=KG"),
@@ -117,7 +129,7 @@ fn inspect_says_first_what_a_fit_would_refuse() {
     let bench = bench();
     for (logs, remedy) in [
         ("total_empty.csv=1 total_full.csv=6", "Add static_power_w = 6.40 to robot.toml"),
-        ("negative_empty.csv=1 negative_full.csv=6", "Its sign is turned: read it with --flip-power"),
+        ("negative_empty.csv=1 negative_full.csv=6", "Read it with --flip-power"),
         ("milli.csv=1", "Read it with --power-unit mW"),
     ] {
         for log in logs.split(' ') {

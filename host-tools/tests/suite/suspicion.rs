@@ -1,5 +1,5 @@
-//! Logs that are not what their columns say: named by `inspect`, warned of by `fit`, read rightly
-//! with the remedy; and right logs, of which nothing is said.
+//! Logs that are not what their columns say: named by `inspect`, refused by what computes from
+//! them, read rightly with the remedy; and right logs, of which nothing is said.
 
 use fit::entrance;
 use logs::robot::Robot;
@@ -209,22 +209,40 @@ fn right_logs_are_not_suspected() {
     assert!(judged >= 60, "{judged} logs");
 }
 
-/// Power of zeros is refused where it would be fitted; a right log with the wrong unit given is
-/// warned of, too.
+/// Zeros, other units and turned signs are refused by all that computes from them, and nothing is
+/// written; a right log with the wrong unit given is, too. Whoever knows better says `--force`.
 #[test]
-fn no_power_is_refused_and_a_wrong_remedy_is_named() {
+fn what_a_log_cannot_be_is_refused_wherever_it_is_used() {
     let bench = Bench::new();
     bench.simulate("log.csv", &["--rate", "50", "--duration", "60", "--mass", "1@0,6@30"]);
+    bench.gmr(&["fit", "--out", "right.toml", "log.csv"]);
     let log = Log::of(&bench.text("log.csv"));
-    bench.put("zero.csv", log.with(&POWER, |_, _| 0.0));
-    let refused = bench.gmr(&["fit", "--out", "c.toml", "zero.csv"]);
-    assert_eq!((refused.code, refused.stdout.as_str()), (Some(1), ""));
-    assert!(
-        refused.stderr.starts_with("gmr: zero.csv:power_w: power_w is 0 while the robot drives"),
-        "{}",
-        refused.stderr
-    );
-    assert!(!bench.path("c.toml").exists());
+    for (text, said) in [
+        (log.with(&POWER, |_, _| 0.0), "power_w is 0 while the robot drives"),
+        (log.with(&POWER, |power, _| -power), "--flip-power"),
+        (log.with(&POWER, |power, _| 1e3 * power), "--power-unit mW"),
+        (log.with(&SPEEDS, |speed, _| speed * 60.0 / std::f64::consts::TAU), "--speed-unit rpm"),
+        (log.with(&SPEEDS[1..], |speed, _| -speed), "--flip-wheel 2"),
+    ] {
+        bench.put("wrong.csv", text);
+        for command in [
+            &["fit", "--out", "written"][..],
+            &["gap", "--coeffs", "right.toml", "--report", "written.html"],
+            &["estimate", "--coeffs", "right.toml", "--plot", "written.svg"],
+        ] {
+            let refused = bench.gmr(&[command, &["wrong.csv"]].concat());
+            let (code, stdout, stderr) = (refused.code, refused.stdout.as_str(), &refused.stderr);
+            assert_eq!((code, stdout), (Some(1), ""), "{command:?} {said}");
+            assert!(stderr.contains(said) && stderr.contains("wrong.csv"), "{command:?} {said}: {stderr}");
+            assert_eq!(stderr.lines().count(), 1, "{stderr}");
+        }
+        for file in ["written", "written.html", "written.svg"] {
+            assert!(!bench.path(file).exists(), "{said}: {file}");
+        }
+    }
+    let forced = bench.gmr(&["estimate", "--coeffs", "right.toml", "--force", "wrong.csv"]);
+    assert_eq!(forced.code, Some(0), "{}", forced.stderr);
+    assert!(forced.stderr.contains("--flip-wheel 2"), "{}", forced.stderr);
     let refused = bench.gmr(&["fit", "--power-unit", "kW", "log.csv"]);
     assert_eq!(refused.code, Some(1), "{}", refused.stderr);
     assert!(refused.stderr.contains("power_w looks like mW"), "{}", refused.stderr);

@@ -11,6 +11,8 @@ use support::figure::figure;
 use support::output::write_whole;
 use support::overwrite::POWER;
 
+use crate::inspect;
+
 use super::board::{self, BoardReport, BoardTrack, Delay};
 use super::plot::Track;
 use super::{Instant, Payloads, Policy, Recorded, Replay, WindowMass, replay_adapting, replay_at};
@@ -100,6 +102,7 @@ pub fn estimate(context: &Context, request: &Request<'_>) -> Result<Answer> {
     let Request { robot, recorded, coeffs, truth, .. } = *request;
     let taking = Taking { true_slip: true, not_usable: request.force.then_some(context) };
     let coefficients = CoefficientsFile::read_taking(coeffs, robot, taking)?.coefficients;
+    inspect::check(context, robot, &[recorded.file.to_owned()], request.force)?;
     let payloads = request.payloads.unwrap_or(Payloads::default_for(&coefficients.model));
     let mut track = Track::default();
     let mut board = BoardTrack::open(context, recorded.file, truth, robot.mape_floor_w())?;

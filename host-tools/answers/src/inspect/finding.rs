@@ -23,4 +23,7 @@ pub struct Finding {
     pub text: String,
     /// What to do; empty if nothing.
     pub advice: String,
+    /// Whether the log is another one than its columns say.
+    #[serde(skip)]
+    pub is_misread: bool,
 }

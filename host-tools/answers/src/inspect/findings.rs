@@ -16,9 +16,6 @@ use super::verdict::Verdict;
 /// rows.
 const NEGATIVE: f64 = 0.05;
 
-/// Drives never feed back for more of the time than they draw: they would gain energy.
-const MOST_NEGATIVE: f64 = 0.5;
-
 /// Up to this share of the rows, outliers are the starts and stops of a robot with play in its
 /// gears: 3 % in measured logs of a Husky.
 const MANY_OUTLIERS: f64 = 0.05;
@@ -38,8 +35,8 @@ pub(super) fn report(path: &Path, robot: &Robot, scan: Scan) -> Report {
     let power = StaticPower::of(&scan.blocks, has_wheels);
     let mut findings = Findings(Vec::new());
     findings.sampling(&scan);
-    findings.sensors(&scan);
     findings.suspicions(&scan);
+    findings.sensors(&scan);
     findings.drive(robot, &scan);
     findings.payload(&scan);
     findings.static_power(robot, &scan, &power);
@@ -70,7 +67,7 @@ struct Findings(Vec<Finding>);
 
 impl Findings {
     fn add(&mut self, severity: Severity, text: impl Into<String>, advice: impl Into<String>) {
-        self.0.push(Finding { severity, text: text.into(), advice: advice.into() });
+        self.0.push(Finding { severity, text: text.into(), advice: advice.into(), is_misread: false });
     }
 
     fn sampling(&mut self, scan: &Scan) {
@@ -136,11 +133,16 @@ impl Findings {
 
     fn suspicions(&mut self, scan: &Scan) {
         for Suspicion { kind, text, remedy } in &scan.suspicions {
+            // A wheel whose sensor stands still drives no curves.
+            if *kind == Kind::SpeedSign && !scan.stuck.is_empty() {
+                continue;
+            }
             let severity = match kind {
                 Kind::Clipped | Kind::Unlabelled => Severity::Warning,
                 _ => Severity::Problem,
             };
-            self.add(severity, text, remedy);
+            let (text, advice) = (text.clone(), remedy.clone());
+            self.0.push(Finding { severity, text, advice, is_misread: kind.is_misread() });
         }
     }
 
@@ -163,7 +165,7 @@ impl Findings {
             self.add(Problem, text, "check the unit (rev/min or degrees?) and wheel_radius_m");
         }
         if drive.share_moving == 0.0 {
-            self.add(Problem, "the robot never moves: only static power can be found", "record a drive");
+            self.add(Warning, "the robot never moves: only static power can be found", "record a drive");
             return;
         }
         let [slow, _, fast] = drive.speed_quantiles_rad_s;
@@ -192,11 +194,9 @@ impl Findings {
         // Six standard deviations of the sensor's noise: what is within them says nothing about
         // signs.
         let noise = scan.outliers.first().map_or(0.0, |power| power.limit);
-        if drive.share_power_negative > MOST_NEGATIVE {
-            let text =
-                format!("power_w is negative in {:.0} % of moving rows", 100.0 * drive.share_power_negative);
-            self.add(Problem, text, "its sign is turned: read it with --flip-power");
-        } else if drive.share_power_negative > NEGATIVE
+        let is_turned = scan.suspicions.iter().any(|suspicion| suspicion.kind == Kind::PowerSign);
+        if !is_turned
+            && drive.share_power_negative > NEGATIVE
             && drive.power_high_w > 1.5 * noise
             && !robot.regeneration()
         {

@@ -1,6 +1,7 @@
 //! What a log is worth before anything is fitted: sampling, sensors, excitation, static power.
 
 mod blocks;
+mod doubts;
 mod excitation;
 mod finding;
 mod findings;
@@ -18,6 +19,7 @@ use std::path::Path;
 
 pub use self::report::Report;
 pub use blocks::{Block, Blocks};
+pub use doubts::{check, first_problem};
 pub use excitation::{Excitation, PayloadShare};
 pub use finding::{Finding, Severity};
 use logs::robot::Robot;

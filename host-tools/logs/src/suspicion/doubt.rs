@@ -25,6 +25,8 @@ pub enum Kind {
     SpeedSign,
     /// Power is in a different unit.
     PowerUnit,
+    /// Power is negative while the robot drives.
+    PowerSign,
     /// Power is 0 while the robot drives.
     NoPower,
     /// A sensor ends at a value.
@@ -35,6 +37,13 @@ pub enum Kind {
     Mass,
     /// Some rows have no mass.
     Unlabelled,
+}
+
+impl Kind {
+    /// Whether the log is another one than its columns say: whatever is computed from it is wrong.
+    pub fn is_misread(self) -> bool {
+        !matches!(self, Self::Clipped | Self::PowerLate | Self::Unlabelled)
+    }
 }
 
 /// The mass that stands for a robot whose log tells none, kg: between empty and full, as far from

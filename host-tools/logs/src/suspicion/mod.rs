@@ -18,6 +18,7 @@ mod speeds;
 mod thinned;
 
 pub use doubt::{Kind, Suspicion};
+pub use powers::LEAST_W_KG;
 
 use crate::robot::Robot;
 

@@ -11,13 +11,18 @@ use crate::robot::Robot;
 /// total power).
 const MOST_W_KG: f64 = 100.0;
 
-/// And at least, where it moves: 0.06 the least seen, a simulated robot whose motors waste nothing
+/// Watts per kilogram that it takes at least, where it moves: 0.06 the least seen, a simulated robot whose motors waste nothing
 /// at a tenth of its speed.
-const LEAST_W_KG: f64 = 0.03;
+pub const LEAST_W_KG: f64 = 0.03;
 
 /// Power per weight and speed that no wheel on any ground goes below, by far: steel on steel takes
 /// 0.001 to 0.002, the most frugal robot seen 0.015.
 const LEAST_COST: f64 = 0.01;
+
+/// Drives never feed back for more of the time than they draw: they would gain energy. What is
+/// closer to 0 than a tenth of the greatest power says nothing about signs.
+const MOST_NEGATIVE: f64 = 0.5;
+const NEAR_ZERO: f64 = 0.1;
 
 pub(super) fn suspicion(robot: &Robot, moving: &[&Row]) -> Option<Suspicion> {
     let mut powers: Vec<f64> = moving.iter().map(|row| row.power_w.abs()).collect();
@@ -50,7 +55,16 @@ pub(super) fn suspicion(robot: &Robot, moving: &[&Row]) -> Option<Suspicion> {
         );
         return Some(of(text, "read it with --power-unit kW"));
     }
-    None
+    let negative =
+        moving.iter().filter(|row| row.power_w < -NEAR_ZERO * high).count() as f64 / moving.len() as f64;
+    (negative > MOST_NEGATIVE).then(|| Suspicion {
+        kind: Kind::PowerSign,
+        text: format!(
+            "power_w is negative in {:.0} % of the moving rows: its sign looks turned over",
+            100.0 * negative
+        ),
+        remedy: "read it with --flip-power".to_owned(),
+    })
 }
 
 fn of(text: String, remedy: &str) -> Suspicion {
