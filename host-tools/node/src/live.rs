@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use logs::robot::Robot;
+use logs::suspicion::LEAST_W_KG;
 use logs::{RawRow, RawSample};
 use model::coefficients::FittedModel;
 use model::pipeline::reason_text;
@@ -35,15 +36,16 @@ pub struct Node<'a> {
     last_reading: Option<(f64, Reading)>,
     /// Why there is none, where its source knows.
     missing_power: Option<String>,
-    /// The greatest power so far, W.
-    greatest_w: f64,
+    /// Mean power, W, and when the reading came that it was told of last, s.
+    mean: (f64, Option<f64>),
     battery: Battery,
     samples: u64,
     faults: BTreeMap<&'static str, u64>,
 }
 
-/// As a share of the greatest power: more below 0 is another sign, not noise.
-const NOISE_SHARE: f64 = 0.05;
+/// Time over which the mean power is told, s: noise and braking are shorter. The first reading is
+/// one of ten such.
+const MEAN_S: f64 = 1.0;
 
 impl<'a> Node<'a> {
     /// Of a robot. Without coefficients there is no payload. The battery's charge is unknown unless
@@ -61,7 +63,7 @@ impl<'a> Node<'a> {
             power: (0.0, 0),
             last_reading: None,
             missing_power: None,
-            greatest_w: 0.0,
+            mean: (0.0, None),
             battery: Battery::new(robot, charge),
             samples: 0,
             faults: BTreeMap::new(),
@@ -95,12 +97,14 @@ impl<'a> Node<'a> {
             self.fault("power that no robot draws");
             return false;
         }
-        // A little below 0 is noise; drives that burn what they brake give nothing back.
-        if !self.robot.regeneration() && watts < -NOISE_SHARE * self.greatest_w {
+        // A reading below 0 is noise. Drives that burn what they brake give nothing back for long.
+        let elapsed = self.mean.1.map_or(0.1 * MEAN_S, |last| at_s - last);
+        let mean = self.mean.0 + (watts - self.mean.0) * (elapsed / MEAN_S).clamp(0.0, 1.0);
+        self.mean = (mean, Some(at_s));
+        if !self.robot.regeneration() && mean < -LEAST_W_KG * self.robot.mass_no_load_kg() {
             self.fault("power below 0 W without regeneration: is the sensor the other way round?");
             return false;
         }
-        self.greatest_w = self.greatest_w.max(watts);
         self.battery.add(at_s, &reading);
         self.power.0 += reading.power_w;
         self.power.1 += 1;

@@ -21,7 +21,7 @@ use super::overwrite::OverwriteArgument;
 /// Arguments of `gmr flash`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Example:\n  gmr flash --robot robot.toml --coeffs coefficients.toml --port /dev/ttyACM0"
+    after_help = "Example:\n  gmr flash --robot robot.toml --coeffs coefficients.toml --port /dev/ttyACM1"
 )]
 #[command(group = clap::ArgGroup::new("target").required(true).multiple(false))]
 pub(crate) struct Arguments {
@@ -36,7 +36,7 @@ pub(crate) struct Arguments {
     /// follows it within a window or two
     #[arg(long, requires = "coeffs")]
     adapt: bool,
-    /// To a running board, by its serial port, for example /dev/ttyACM0
+    /// To a running board, by its serial port, for example /dev/ttyACM1
     #[arg(long, group = "target")]
     port: Option<PathBuf>,
     /// To a board on a debug probe (SWD)

@@ -9,7 +9,7 @@ use support::error::Result;
 /// Arguments of `gmr key`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Example:\n  gmr key new robots.key\n  gmr flash --coeffs coefficients.toml --sign robots.key --port /dev/ttyACM0"
+    after_help = "Example:\n  gmr key new robots.key\n  gmr flash --coeffs coefficients.toml --sign robots.key --port /dev/ttyACM1"
 )]
 pub(crate) struct Arguments {
     #[command(subcommand)]

@@ -22,10 +22,10 @@ use support::progress::RecordProgress;
 /// Arguments of `gmr record`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  gmr record --port /dev/ttyACM0 --mass 1.0 --out empty.csv\n  gmr record --port /dev/ttyACM0 --format mcap --out run.mcap\n  gmr record --port /dev/ttyACM0 --out run.mcap --foxglove"
+    after_help = "Examples:\n  gmr record --port /dev/ttyACM1 --mass 1.0 --out empty.csv\n  gmr record --port /dev/ttyACM1 --format mcap --out run.mcap\n  gmr record --port /dev/ttyACM1 --out run.mcap --foxglove"
 )]
 pub(crate) struct Arguments {
-    /// The board's serial port, for example /dev/ttyACM0
+    /// The board's serial port, for example /dev/ttyACM1
     #[arg(long)]
     port: PathBuf,
     /// The log to write. It grows while the board is recorded

@@ -14,10 +14,10 @@ use support::error::{Error, Result};
 /// Arguments of `gmr watch`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  gmr watch --port /dev/ttyACM0\n  gmr watch --port /dev/ttyACM0 --every 0.05 --udp localhost:9870"
+    after_help = "Examples:\n  gmr watch --port /dev/ttyACM1\n  gmr watch --port /dev/ttyACM1 --every 0.05 --udp localhost:9870"
 )]
 pub(crate) struct Arguments {
-    /// The board's serial port, for example /dev/ttyACM0
+    /// The board's serial port, for example /dev/ttyACM1
     #[arg(long)]
     port: PathBuf,
     /// Time between two looks, s

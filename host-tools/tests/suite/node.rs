@@ -89,6 +89,27 @@ fn says_what_estimate_says() {
     assert!(states.len() >= 99 && compared > 70, "{} {compared}", states.len());
 }
 
+/// A sensor in the motors' wire reads below 0 W every other time while the robot stands: no reading
+/// is left out.
+#[test]
+fn noise_at_rest_is_no_fault() {
+    let bench = Bench::new();
+    bench.put("robot.toml", ROBOT);
+    for (name, mass, seed) in [("empty.csv", "1", "1"), ("full.csv", "6", "2"), ("log.csv", "3", "3")] {
+        let drive = ["--sensors", "servo", "--duration", "60", "--mass", mass, "--seed", seed];
+        bench.simulate(name, &drive);
+    }
+    let below = bench.text("log.csv").lines().filter(|line| line.contains(",-0.")).count();
+    assert!(below > 50, "{below}");
+    bench.done(&["fit", "--robot", "robot.toml", "--out", "coefficients.toml", "empty.csv", "full.csv"]);
+    let states = replayed(&bench, &["--coeffs", "coefficients.toml"]);
+    let last = states.last().unwrap();
+    assert_eq!(last["faults"].as_object().map(serde_json::Map::len), Some(0), "{last}");
+    let estimate = ["estimate", "--robot", "robot.toml", "--coeffs", "coefficients.toml", "log.csv"];
+    let windows = bench.json(&estimate)["windows"].clone();
+    assert_eq!(windows.as_array().unwrap().last().unwrap()["mass_kg"], last["mass_kg"]);
+}
+
 /// All that flows out of the battery flows through the sensor, as far as robot.toml says so.
 #[test]
 fn current_and_charge_only_where_the_sensor_sees_them() {
