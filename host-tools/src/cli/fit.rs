@@ -120,9 +120,6 @@ pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
         true => Ok(()),
         false => Err(Error::failed(format!("NOT USABLE ({why}): {remedy}. Nothing written"))),
     };
-    if let Some(Defect { why, remedy }) = &defect {
-        refuse(why, remedy)?;
-    }
     let mut fit = from_logs(
         context,
         &Request {

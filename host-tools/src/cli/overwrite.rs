@@ -11,7 +11,7 @@ pub(super) struct OverwriteArgument {
     /// Write over any file. Without, only over what such a command wrote before, known by its form:
     /// coefficients by their first keys, drawings by a mark in them, pages by their title, logs and
     /// profiles by their header and the digits of their numbers. Also: write and use a fit that
-    /// cannot be used, and read logs that look like other units or turned signs
+    /// cannot be used, and read logs that look like other units or negative power
     #[arg(long)]
     pub(super) force: bool,
 }

@@ -35,8 +35,12 @@ pub fn first_problem(
 /// The first such log, with the remedy; as [`Report::of`].
 pub fn check(context: &Context, robot: &Robot, logs: &[PathBuf], forced: bool) -> Result<()> {
     for log in logs {
-        let findings = Report::of(context, log, robot, &mut |_, _| {})?.findings;
-        let problems = findings.iter().filter(|finding| finding.severity == Severity::Problem);
+        let report = Report::of(context, log, robot, &mut |_, _| {})?;
+        // Without two rows of one run there is no log, as whoever reads it says.
+        if report.rate_hz.is_none() {
+            continue;
+        }
+        let problems = report.findings.iter().filter(|finding| finding.severity == Severity::Problem);
         for Finding { text, advice, is_misread, .. } in problems {
             let said = Error::failed(format!("{text}; {advice}")).in_file(log);
             if *is_misread && !forced {

@@ -102,9 +102,7 @@ impl Findings {
             self.add(Note, text, "nothing: filters start afresh behind every gap");
         }
         if scan.exclusions.total() > 0 {
-            let share = scan.exclusions.total() as f64 / (scan.rows + scan.exclusions.total()) as f64;
-            let severity = if share > 0.05 { Warning } else { Note };
-            self.add(severity, scan.exclusions.to_string(), "look at the first such line");
+            self.add(Warning, scan.exclusions.to_string(), "look at the first such line");
         }
     }
 

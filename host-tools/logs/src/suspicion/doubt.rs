@@ -41,8 +41,10 @@ pub enum Kind {
 
 impl Kind {
     /// Whether the log is another one than its columns say: whatever is computed from it is wrong.
+    /// The sign of one wheel is told by how robots are usually driven, which is less sure; masses are
+    /// refused by whoever uses them.
     pub fn is_misread(self) -> bool {
-        !matches!(self, Self::Clipped | Self::PowerLate | Self::Unlabelled)
+        matches!(self, Self::SpeedUnit | Self::PowerUnit | Self::PowerSign | Self::NoPower)
     }
 }
 

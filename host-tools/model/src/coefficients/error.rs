@@ -89,7 +89,9 @@ pub enum Difference {
         expected: usize,
     },
     /// What it is built like.
-    #[error("these coefficients are for another robot: {what} of {robot} (fitted for {fitted}) differ")]
+    #[error(
+        "these coefficients are for another robot: {robot} differs from {fitted}, which they were fitted for, in {what}"
+    )]
     Body {
         /// Which part of it.
         what: &'static str,
