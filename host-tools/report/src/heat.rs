@@ -33,7 +33,7 @@ pub struct Heat {
 }
 
 /// Height of the numbers, pixels.
-const NUMBER_SIZE: u32 = 12;
+pub(super) const NUMBER_SIZE: u32 = 14;
 
 /// Columns whose numbers stand beside each other.
 const MOST_NUMBERS: f64 = 13.0;

@@ -8,7 +8,7 @@ use maud::{Markup, PreEscaped, html};
 use support::error::Result;
 use support::printable;
 
-use super::style::LABEL_SIZE;
+use super::heat::NUMBER_SIZE;
 use super::{Page, Panel};
 
 /// Width and height of a plot that takes the whole page.
@@ -47,10 +47,13 @@ pub fn drawing(page: &Page, title: &str, about: &str, numbers: Option<Markup>) -
 /// Text in plots is at least so tall on any screen, px: smaller letters are not read on a phone.
 const LEAST_TEXT_PX: f64 = 11.0;
 
+/// Sizes of plotters are those of lines: letters in an SVG are smaller by this.
+const LINE_PER_TEXT: f64 = 1.24;
+
 /// The least width of a drawing so many units wide, px; a narrower screen scrolls it.
 #[must_use]
 pub fn least_width(units: u32) -> f64 {
-    f64::from(units) * LEAST_TEXT_PX / f64::from(LABEL_SIZE)
+    f64::from(units) * LEAST_TEXT_PX * LINE_PER_TEXT / f64::from(NUMBER_SIZE)
 }
 
 /// A figure in large letters, and what it is.

@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use board::serial::ports;
 use logs::robot::{Robot, nearest};
+use logs::{Header, POWER};
 use model::coefficients;
 use support::context::Context;
 use support::error::Result;
@@ -80,7 +81,7 @@ fn look(context: &Context) -> Report {
         (_, Some(Err(error))) => check("robot.toml", State::Wrong, error.to_string()),
         _ => check("robot.toml", State::Missing, "gmr new-robot asks, and writes one".to_owned()),
     };
-    let logs = logs_here();
+    let logs = logs_here(context);
     let names: Vec<String> = logs.iter().take(3).map(|log| log.display().to_string()).collect();
     let recorded = if logs.is_empty() {
         check(
@@ -150,16 +151,22 @@ fn fitted(robot: &Robot) -> Option<Result<()>> {
 }
 
 /// Logs in the working directory, by the ends of their names.
-fn logs_here() -> Vec<PathBuf> {
+fn logs_here(context: &Context) -> Vec<PathBuf> {
     let is_log = |path: &PathBuf| {
         let ending = path.extension().and_then(|ending| ending.to_str()).map(str::to_ascii_lowercase);
-        ending.is_some_and(|ending| LOGS.contains(&&*ending))
+        ending.is_some_and(|ending| LOGS.contains(&&*ending) && !(ending == "csv" && is_plan(context, path)))
     };
     let entries = std::fs::read_dir(".").into_iter().flatten().flatten();
     let mut logs: Vec<PathBuf> =
         entries.map(|entry| PathBuf::from(entry.file_name())).filter(is_log).collect();
     logs.sort();
     logs
+}
+
+/// A plan of `gmr predict` has no power.
+fn is_plan(context: &Context, file: &Path) -> bool {
+    let plan = |header: &Header| header.has("v_m_s") || header.has("distance_m");
+    Header::open(context, file).is_ok_and(|header| plan(&header) && !header.has(POWER))
 }
 
 /// Names in a folder that begin so.

@@ -18,7 +18,7 @@ pub(crate) struct Arguments {
     /// Its name
     #[arg(long)]
     name: Option<String>,
-    /// differential or skid-steer, two log columns: left and right; other layouts are in the README
+    /// differential or skid-steer, two log columns: left and right; other layouts are in docs/robot-toml.md
     #[arg(long, value_parser = ["differential", "skid-steer"])]
     kinematics: Option<String>,
     /// Radius of the driven wheels: 0.033, 33mm, 1.3in

@@ -196,7 +196,12 @@ fn estimated(report: &Report) -> Option<String> {
 /// A cell with its mean before and after.
 pub fn cell_words(cell: &Cell) -> String {
     let after = cell.mean_after_w.map_or(String::new(), |w| format!(", after: {} W", words::signed_watts(w)));
-    format!("{}: {} ± {:.2} W{after}", cell.words, words::signed_watts(cell.mean_residual_w), cell.band_w)
+    format!(
+        "{}: {} ± {:.2} W (95 %){after}",
+        cell.words,
+        words::signed_watts(cell.mean_residual_w),
+        cell.band_w
+    )
 }
 
 fn capital(text: &str) -> String {

@@ -37,6 +37,9 @@ impl Detail {
             }
             Self::InProportion => "in proportion to it".to_owned(),
             Self::WithStatic { power_w } => format!("with {} W of static power", number(*power_w)),
+            Self::WithMotion { hold_s } if *hold_s < 0.0 => {
+                format!("with motion, until {} s before its end", number(-hold_s))
+            }
             Self::WithMotion { hold_s } => format!("with motion, held for {} s after it", number(*hold_s)),
             Self::FromFirstMotion => format!("from {FROM_MOTION}"),
             Self::At { at_s } => format!("at {} s, {}", number(*at_s), Runs::All.words()),
@@ -124,7 +127,7 @@ mod tests {
             (Detail::Wheel { wheel: 1, side: WheelSide::Left }, "wheel 1, left side"),
             (Detail::TimeConstant { time_s: 9.0 }, "time constant 9 s"),
             (Detail::InRuns { runs: names, at_s: times }, "in b.csv, c.csv#2, at 1.5 s"),
-            (Detail::WithMotion { hold_s: -0.3 }, "with motion, held for -0.3 s after it"),
+            (Detail::WithMotion { hold_s: -0.3 }, "with motion, until 0.3 s before its end"),
             (Detail::At { at_s: 12.25 }, "at 12.25 s, in all runs"),
             (Detail::Heated(Heated::WithTime(20.0)), "with time, time constant 20 s"),
             (Detail::Heated(Heated::Measured(20.0)), "by motor temperatures, above 20 °C"),

@@ -7,15 +7,15 @@ pub(super) fn of(axis: &str, (from, to): (f64, f64), (least, most): (f64, f64)) 
     let (first, last) = (from <= least, to >= most);
     match axis {
         "standing" => "standing still".to_owned(),
-        "speed" if to <= 0.0 => span("backward driving", "m/s", (-to, -from), (false, first)),
-        "speed" if from >= 0.0 => span("forward driving", "m/s", (from, to), (false, last)),
-        "acceleration" if to <= 0.0 => span("braking", "m/s²", (-to, -from), (false, first)),
-        "acceleration" if from >= 0.0 => span("speeding up", "m/s²", (from, to), (false, last)),
+        "speed" if to <= 0.0 => span("backward driving", "m/s", (-to, -from), (to == 0.0, first)),
+        "speed" if from >= 0.0 => span("forward driving", "m/s", (from, to), (from == 0.0, last)),
+        "acceleration" if to <= 0.0 => span("braking", "m/s²", (-to, -from), (to == 0.0, first)),
+        "acceleration" if from >= 0.0 => span("speeding up", "m/s²", (from, to), (from == 0.0, last)),
         "side" if to < 0.0 => "right turns".to_owned(),
         "side" if from > 0.0 => "left turns".to_owned(),
         "side" => "straight ahead".to_owned(),
-        "turn-rate" if to <= 0.0 => span("right turns", "rad/s", (-to, -from), (false, first)),
-        "turn-rate" if from >= 0.0 => span("left turns", "rad/s", (from, to), (false, last)),
+        "turn-rate" if to <= 0.0 => span("right turns", "rad/s", (-to, -from), (to == 0.0, first)),
+        "turn-rate" if from >= 0.0 => span("left turns", "rad/s", (from, to), (from == 0.0, last)),
         "speed-turning-left" => span("left turns", "m/s", (from, to), (first, last)),
         "speed-turning-right" => span("right turns", "m/s", (from, to), (first, last)),
         "mass" => span("total mass", "kg", (from, to), (first, last)),
@@ -31,7 +31,7 @@ pub(super) fn of(axis: &str, (from, to): (f64, f64), (least, most): (f64, f64)) 
 fn span(what: &str, unit: &str, (from, to): (f64, f64), (open_below, open_above): (bool, bool)) -> String {
     let scale = from.abs().max(to.abs());
     let (low, high) = (plain(from, scale), plain(to, scale));
-    let text = match (open_below || from == 0.0, open_above) {
+    let text = match (open_below, open_above) {
         (true, true) => format!("{what}, at most {high} {unit}"),
         (true, false) => format!("{what} below {high} {unit}"),
         (false, true) => format!("{what} above {low} {unit}"),
@@ -71,6 +71,7 @@ mod tests {
             ("time", (0.95, 10.0), (0.95, 60.0), "the first 10 s"),
             ("time", (50.0, 60.0), (0.95, 60.0), "after 50 s"),
             ("time", (20.0, 30.0), (0.95, 60.0), "20 to 30 s after the start"),
+            ("heading", (0.0, 0.2), all, "heading at 0 to 0.2 rad from the start's"),
             ("standing", (0.0, 0.0), (0.0, 0.0), "standing still"),
             ("arm_a", (0.5, 2.0), (0.0, 2.0), "arm_a above 0.5"),
         ] {

@@ -46,7 +46,7 @@ pub(super) fn verdict(report: &Report, inputs: &Inputs) -> Markup {
                         None => (tile("–", "share closed: not testable", "")),
                     }
                 }
-                (tile(&confirmed.runs.len().to_string(), "locked runs", ""))
+                (tile(&confirmed.runs.len().to_string(), if confirmed.runs.len() == 1 { "locked run" } else { "locked runs" }, ""))
             }
             p class="soft" {
                 "The gap is the root mean square of measured less predicted power over runs that took no part in finding the effect ("
@@ -140,14 +140,14 @@ fn cell_table(cells: &[Cell]) -> Markup {
         details {
             summary { "All cells as a table" }
             table {
-                tr { th { "where" } th class="number" { "before (W)" } th class="number" { "after (W)" } th class="number" { "runs" } }
+                tr { th { "where" } th class="number" { "before (W, 95 %)" } th class="number" { "after (W, 95 %)" } th class="number" { "runs" } }
                 @for cell in cells {
                     tr {
                         td { (cell.words) }
-                        td class="number" { (format!("{:+.3} ± {:.3}", cell.mean_residual_w, cell.band_w)) }
+                        td class="number" { (mean_with_band(cell.mean_residual_w, cell.band_w)) }
                         td class="number" {
                             @if let (Some(mean), Some(band)) = (cell.mean_after_w, cell.band_after_w) {
-                                (format!("{mean:+.3} ± {band:.3}"))
+                                (mean_with_band(mean, band))
                             }
                         }
                         td class="number" { (cell.runs) }
@@ -156,6 +156,12 @@ fn cell_table(cells: &[Cell]) -> Markup {
             }
         }
     }
+}
+
+/// A mean and half of its 95 % interval; what rounds to nothing has no sign.
+fn mean_with_band(mean_w: f64, band_w: f64) -> String {
+    let said = format!("{mean_w:+.3}");
+    format!("{} ± {band_w:.3}", if said == "-0.000" || said == "+0.000" { "0.000" } else { &said })
 }
 
 pub(super) fn courses(courses: &[Course]) -> Result<Markup> {
