@@ -209,7 +209,7 @@ fn right_logs_are_not_suspected() {
     assert!(judged >= 60, "{judged} logs");
 }
 
-/// Zeros, other units and turned signs are refused by all that computes from them, and nothing is
+/// Zeros, other units and negative power are refused by all that computes from them, and nothing is
 /// written; a right log with the wrong unit given is, too. Whoever knows better says `--force`.
 #[test]
 fn what_a_log_cannot_be_is_refused_wherever_it_is_used() {

@@ -28,7 +28,7 @@ pub fn first_problem(
     Ok(None)
 }
 
-/// Refuses logs in other units or with turned signs, but where that is `forced`; says what other
+/// Refuses logs in other units or with negative power, but where that is `forced`; says what other
 /// problems they have.
 ///
 /// # Errors
