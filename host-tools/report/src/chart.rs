@@ -94,9 +94,10 @@ impl Frame<'_> {
         area: &DrawingArea<DB, Shift>,
     ) -> Result<DrawingArea<DB, Shift>, DrawingAreaErrorKind<DB::ErrorType>> {
         let (top, below) = area.split_vertically(MARGIN + if self.title.is_empty() { 0 } else { 24 });
-        let style = (FONT, TITLE_SIZE, &INK).into_text_style(area).pos(Pos::new(HPos::Center, VPos::Center));
-        let (width, height) = top.dim_in_pixel();
-        top.draw_text(self.title, &style, (width as i32 / 2, (height as i32 + MARGIN) / 2))?;
+        // Where the plot is wider than a phone, its title is there all the same.
+        let style = (FONT, TITLE_SIZE, &INK).into_text_style(area).pos(Pos::new(HPos::Left, VPos::Center));
+        let middle = (top.dim_in_pixel().1 as i32 + MARGIN) / 2;
+        top.draw_text(self.title, &style, (MARGIN, middle))?;
         Ok(below)
     }
 

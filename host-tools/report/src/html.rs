@@ -15,7 +15,7 @@ use super::{Page, Panel};
 pub const WHOLE: (u32, u32) = (1000, 340);
 
 /// Of one of two plots side by side.
-pub const HALF: (u32, u32) = (560, 330);
+pub const HALF: (u32, u32) = (520, 330);
 
 /// One plot. `about` says what it shows, and what one sees there.
 pub fn figure(
