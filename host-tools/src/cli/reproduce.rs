@@ -6,7 +6,6 @@ use study::baselines;
 use study::reproduce::{Settings, output, run as reproduce};
 use support::context::Context;
 use support::error::{Error, Result};
-use support::interrupt;
 use support::output::check_room;
 use support::progress::CountProgress;
 
@@ -52,10 +51,9 @@ pub(crate) fn run(context: &Context, arguments: &Arguments) -> Result<()> {
     let settings = settings(arguments)?;
     output::check(&arguments.out)?;
     check_room(&arguments.out, ROOM_BYTES)?;
-    let stopped = interrupt::catch();
     let study = {
         let progress = CountProgress::new(context, "seeds", settings.seeds);
-        reproduce(context, &settings, stopped, &|| progress.one_more())?
+        reproduce(context, &settings, &|| progress.one_more())?
     };
     output::save(&study, &arguments.out)?;
     if arguments.json {

@@ -6,6 +6,9 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 
+/// How often the removal of one is tried.
+const ATTEMPTS: usize = 10;
+
 /// Those that there are now.
 static THERE: LazyLock<Mutex<BTreeSet<PathBuf>>> = LazyLock::new(Mutex::default);
 
@@ -54,8 +57,11 @@ pub fn folder_in(folder: &Path) -> io::Result<(tempfile::TempDir, Known)> {
 pub fn remove_all() -> impl Sized {
     let there = there();
     for path in there.iter() {
-        // Whatever cannot be removed stays: there is nobody left to tell.
-        let _ = if path.is_dir() { std::fs::remove_dir_all(path) } else { std::fs::remove_file(path) };
+        let remove =
+            || if path.is_dir() { std::fs::remove_dir_all(path) } else { std::fs::remove_file(path) };
+        // Others may still write into a folder. Whatever cannot be removed stays: there is nobody
+        // left to tell.
+        let _ = (0..ATTEMPTS).any(|_| remove().is_ok());
     }
     there
 }

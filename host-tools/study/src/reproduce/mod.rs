@@ -31,7 +31,6 @@ mod windows;
 mod work;
 
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 
 pub use self::settings::Settings;
 pub use self::study::Study;
@@ -42,29 +41,23 @@ use support::error::Result;
 
 use self::regime::Rails;
 use self::study::Outcomes;
-use self::work::{go_on, on_all_cores, temporary_folder};
+use self::work::{Folder, on_all_cores};
 
 /// Runs all seeds on all cores. `done` is called after every seed.
 ///
 /// # Errors
-/// A log cannot be written, a contender cannot be fitted, or `stopped` was set meanwhile.
-pub fn run(
-    context: &Context,
-    settings: &Settings,
-    stopped: &AtomicBool,
-    done: &(dyn Fn() + Sync),
-) -> Result<Study> {
+/// A log cannot be written, or a contender cannot be fitted.
+pub fn run(context: &Context, settings: &Settings, done: &(dyn Fn() + Sync)) -> Result<Study> {
     let robot = Robot::named("burger")?;
-    let folder = temporary_folder()?;
-    let seeds = on_all_cores(settings.seeds, stopped, |index| {
-        let seed =
-            one(context, folder.path(), &robot, settings, stopped, settings.first_seed + index, index == 0);
+    let folder = Folder::new()?;
+    let seeds = on_all_cores(settings.seeds, |index| {
+        let seed = one(context, folder.path(), &robot, settings, settings.first_seed + index, index == 0);
         done();
         seed
     })?;
     let (section6, (section7, recalibration)) = seeds.into_iter().unzip();
     let rails = Rails::measure(settings.first_seed)?;
-    let differences = print::differences(context, &robot, settings, stopped)?;
+    let differences = print::differences(context, &robot, settings)?;
     Ok(Study::of(settings, Outcomes { section6, section7, recalibration, rails, differences }))
 }
 
@@ -73,14 +66,11 @@ fn one(
     folder: &Path,
     robot: &Robot,
     settings: &Settings,
-    stopped: &AtomicBool,
     seed: u64,
     draw: bool,
 ) -> Result<(section6::Seed, (section7::Seed, recalibration::Seed))> {
     let learned = section7::learn(context, folder, robot, seed)?;
     let section6 = section6::seed(context, folder, robot, seed, draw)?;
-    go_on(stopped)?;
     let section7 = section7::seed(&learned, settings, draw)?;
-    go_on(stopped)?;
     Ok((section6, (section7, recalibration::seed(&learned, &settings.windows_s)?)))
 }

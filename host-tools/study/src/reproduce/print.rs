@@ -6,7 +6,6 @@
 //! counted as well), and judged on a test log at its true mass and by Step 2's roots.
 
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 
 use fit::dataset::Reading;
 use logs::robot::Robot;
@@ -23,7 +22,7 @@ use super::section6;
 use super::settings::Settings;
 use super::spread::Spread;
 use super::table::{Cell, Column, Format, Mark, Row, Table, column, distinct, with_unit};
-use super::work::{on_all_cores, temporary_folder};
+use super::work::{Folder, on_all_cores};
 
 /// Where print and derivation differ.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -63,15 +62,10 @@ const MOST_SEEDS: u64 = 5;
 /// Every difference, with what it costs on the logs of Section 6 and of the experiment's regime.
 ///
 /// # Errors
-/// A log cannot be written or read, or determines no coefficients; `stopped` was set meanwhile.
-pub(super) fn differences(
-    context: &Context,
-    robot: &Robot,
-    settings: &Settings,
-    stopped: &AtomicBool,
-) -> Result<Vec<Difference>> {
-    let folder = temporary_folder()?;
-    let seeds = on_all_cores(settings.seeds.min(MOST_SEEDS), stopped, |index| {
+/// A log cannot be written or read, or determines no coefficients.
+pub(super) fn differences(context: &Context, robot: &Robot, settings: &Settings) -> Result<Vec<Difference>> {
+    let folder = Folder::new()?;
+    let seeds = on_all_cores(settings.seeds.min(MOST_SEEDS), |index| {
         measure(&pairs(context, folder.path(), robot, settings.first_seed + index)?)
     })?;
     Ok(list(&seeds.concat()))

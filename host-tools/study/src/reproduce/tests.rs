@@ -2,12 +2,10 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use roxmltree::{Document, ParsingOptions};
 
 use super::testing::{METHODS, study, study_with};
-use super::work::on_all_cores;
 use super::{figures, output, page};
 
 fn parsed(page: &str) -> Document<'_> {
@@ -174,20 +172,4 @@ fn a_link_stays_and_the_folder_behind_it_is_replaced() {
     symlink(place.path().join("gone"), place.path().join("dangling")).unwrap();
     let error = output::check(&place.path().join("dangling")).unwrap_err().to_string();
     assert!(error.contains("is a link to nothing; expected"), "{error}");
-}
-
-#[test]
-fn nothing_is_begun_once_stopped() {
-    let (stopped, begun) = (AtomicBool::new(false), AtomicU64::new(0));
-    let work = |index| {
-        begun.fetch_add(1, Ordering::Relaxed);
-        stopped.store(true, Ordering::Relaxed);
-        Ok(index)
-    };
-    let error = on_all_cores(1000, &stopped, work).unwrap_err().to_string();
-    assert!(error.contains("stopped"), "{error}");
-    // One a core at most was under way.
-    let cores = std::thread::available_parallelism().unwrap().get() as u64;
-    assert!(begun.into_inner() <= cores);
-    assert_eq!(on_all_cores(3, &AtomicBool::new(false), Ok).unwrap(), [0, 1, 2]);
 }
