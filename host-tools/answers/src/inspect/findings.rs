@@ -20,6 +20,10 @@ const NEGATIVE: f64 = 0.05;
 /// gears: 3 % in measured logs of a Husky.
 const MANY_OUTLIERS: f64 = 0.05;
 
+/// Wheels that are held at a speed may keep a register's value for a while: up to this share of the
+/// log it is no reason to refuse it.
+const STUCK_SHARE: f64 = 0.2;
+
 /// An offset at standstill below this share of the greatest power does no harm to a fit.
 const OFFSET: f64 = 0.01;
 
@@ -121,8 +125,9 @@ impl Findings {
             self.add(severity, text, "look at that line; few of them do no harm to a fit");
         }
         for stuck in &scan.stuck {
+            let is_short = stuck.total_s < STUCK_SHARE * scan.duration_s;
             self.add(
-                Severity::Problem,
+                if is_short { Severity::Warning } else { Severity::Problem },
                 stuck.to_string(),
                 "check the sensor and its cable; leave this stretch out",
             );
