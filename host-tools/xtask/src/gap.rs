@@ -23,10 +23,11 @@ const OWN: [&str; 3] = [
 
 /// Sets of the second judge, of seeds that no constant was tuned on: effects, none, and what the
 /// dictionary lacks.
-const KINDS: [(&str, &str); 3] = [
-    ("effects", "--kind effects --count 240 --seeds 117000 117008"),
-    ("free", "--kind free --count 200 --seeds 117000 117100"),
-    ("foreign", "--kind foreign --sizes 1 --seeds 117000 117001"),
+const KINDS: [(&str, &str); 4] = [
+    ("effects", "--kind effects --count 120 --seeds 119002 119004"),
+    ("effects-2", "--kind effects --count 126 --seeds 119004 119010"),
+    ("free", "--kind free --seeds 119000 119100"),
+    ("foreign", "--kind foreign --count 26 --seeds 119002 119003"),
 ];
 
 /// Writes both tables: docs/results/gap-bench.txt and docs/results/gap-judge.txt. An hour on
