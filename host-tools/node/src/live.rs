@@ -43,8 +43,8 @@ pub struct Node<'a> {
     faults: BTreeMap<&'static str, u64>,
 }
 
-/// Time over which the mean power is told, s: noise and braking are shorter. The first reading is
-/// one of ten such.
+/// Time over which the mean power is taken, s. Chosen: noise and braking are shorter. The first
+/// reading counts as a tenth of it.
 const MEAN_S: f64 = 1.0;
 
 impl<'a> Node<'a> {

@@ -47,7 +47,7 @@ pub fn drawing(page: &Page, title: &str, about: &str, numbers: Option<Markup>) -
 /// Text in plots is at least so tall on any screen, px: smaller letters are not read on a phone.
 const LEAST_TEXT_PX: f64 = 11.0;
 
-/// Sizes of plotters are those of lines: letters in an SVG are smaller by this.
+/// The SVG backend of plotters writes letters smaller than it is asked for, by this factor.
 const LINE_PER_TEXT: f64 = 1.24;
 
 /// The least width of a drawing so many units wide, px; a narrower screen scrolls it.

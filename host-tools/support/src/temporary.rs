@@ -6,7 +6,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 
-/// How often the removal of one is tried.
+/// How often the removal of one is tried. Chosen: a thread that still writes makes few files meanwhile.
 const ATTEMPTS: usize = 10;
 
 /// Those that there are now.
