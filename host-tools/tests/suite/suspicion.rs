@@ -99,7 +99,10 @@ fn assert_named(bench: &Bench, robot: &str, log: &Log, radius: f64) {
         let warned: String = warned.into_iter().map(|warning| warning.text).collect();
         assert!(warned.contains(expected), "{robot} {name}, as fit sees it: {warned}");
         if let Some(remedy) = expected.strip_prefix("--") {
-            assert_eq!(report["fit_for"], "nothing", "{name}");
+            // A Husky's slow drives in m/s may be those of a robot with stiff gears.
+            let may_be_right = said.contains("may be m/s");
+            assert_eq!(may_be_right, (robot, name) == ("husky", "m/s"), "{robot} {name}: {said}");
+            assert_eq!(report["fit_for"] == "nothing", !may_be_right, "{robot} {name}: {report}");
             let (flag, value) = remedy.split_once(' ').unwrap();
             let (said, cured) = findings(bench, robot, "wrong.csv", &[&format!("--{flag}"), value]);
             assert!(!said.contains("--"), "{robot} {name}, cured: {said}");

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use logs::MIN_GAP_FACTOR;
 use logs::robot::Robot;
+use logs::standing::Stuck;
 use logs::suspicion::{Kind, Suspicion};
 
 use super::finding::{Finding, Severity};
@@ -126,9 +127,8 @@ impl Findings {
             self.add(severity, text, "look at that line; few of them do no harm to a fit");
         }
         for stuck in &scan.stuck {
-            let is_short = stuck.total_s < STUCK_SHARE * scan.duration_s;
             self.add(
-                if is_short { Severity::Warning } else { Severity::Problem },
+                if is_short(stuck, scan) { Severity::Warning } else { Severity::Problem },
                 stuck.to_string(),
                 "check the sensor and its cable; leave this stretch out",
             );
@@ -138,11 +138,11 @@ impl Findings {
     fn suspicions(&mut self, scan: &Scan) {
         for Suspicion { kind, text, remedy } in &scan.suspicions {
             // A wheel whose sensor stands still drives no curves.
-            if *kind == Kind::SpeedSign && !scan.stuck.is_empty() {
+            if *kind == Kind::SpeedSign && scan.stuck.iter().any(|stuck| !is_short(stuck, scan)) {
                 continue;
             }
             let severity = match kind {
-                Kind::Clipped | Kind::Unlabelled => Severity::Warning,
+                Kind::Clipped | Kind::Unlabelled | Kind::SpeedDear => Severity::Warning,
                 _ => Severity::Problem,
             };
             let (text, advice) = (text.clone(), remedy.clone());
@@ -304,6 +304,10 @@ impl Findings {
             None => {}
         }
     }
+}
+
+fn is_short(stuck: &Stuck, scan: &Scan) -> bool {
+    stuck.total_s < STUCK_SHARE * scan.duration_s
 }
 
 fn plural(count: u64) -> &'static str {

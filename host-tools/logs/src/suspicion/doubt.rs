@@ -21,6 +21,8 @@ pub struct Suspicion {
 pub enum Kind {
     /// Speeds of the wheels are in a different unit.
     SpeedUnit,
+    /// So slow that driving costs much: speeds may be in m/s.
+    SpeedDear,
     /// A wheel's speed has the wrong sign.
     SpeedSign,
     /// Power is in a different unit.
