@@ -110,6 +110,7 @@ pub fn investigate(runs: &Runs, clean: Option<&Runs>, base: &Base, options: &Opt
     let known = joint.as_ref().or(covariance.as_ref()).filter(|_| findings.verdict.stands());
     Ok(Report {
         verdict: findings.verdict,
+        stands_out: findings.stands_out,
         effects: known.map_or(Vec::new(), |known| {
             named_effects(&findings.named, &findings.state, known, runs.robot.rows(), options.slack)
         }),

@@ -46,6 +46,8 @@ pub(crate) struct Findings {
     pub(crate) verdict: Verdict,
     pub(crate) state: State,
     pub(crate) named: Vec<Candidate>,
+    /// Whether every name that was ever added did so beyond the noise.
+    pub(crate) stands_out: bool,
     /// What each gained when it was asked last, and what its search costs, χ².
     asked: Vec<Asked>,
     pub(crate) fitted: Option<Fitted>,
@@ -67,6 +69,7 @@ pub(crate) fn search(
         verdict: Verdict::None,
         state: problem.start(),
         named: Vec::new(),
+        stands_out: true,
         asked: Vec::new(),
         fitted: None,
         ambiguous: Vec::new(),
@@ -175,6 +178,7 @@ impl Findings {
             self.ties.push([choice.hypothesis.clone()].into_iter().chain(others).collect());
         }
         self.ambiguous.extend(choice.ties);
+        self.stands_out &= choice.stands_out;
         self.take(choice.hypothesis, choice.gain);
     }
 

@@ -37,25 +37,39 @@ pub fn investigate(
     level: f64,
 ) -> Result<Report> {
     let given = base.torque;
-    let Some(clean) = clean else { return investigate::investigate(runs, None, base, options) };
+    let Some(clean) = clean else {
+        return Ok(investigate::investigate(runs, None, base, options)?.without_faint_names());
+    };
     let base = &Base { torque: clean_base::fitted(clean, base), ..base.clone() };
     let report = investigate::investigate(runs, Some(clean), base, options)?;
     // A simulator's runs and measured ones cannot change places.
-    let report = if base.of_simulator { report } else { report.weighed(runs, clean, base, options, level) };
+    let report = if base.of_simulator {
+        report.without_faint_names()
+    } else {
+        report.weighed(runs, clean, base, options, level)
+    };
     Ok(report.about(given))
 }
 
 impl Report {
-    /// Takes back a gap that relabelled runs show as well, and names that are improbable.
+    /// Takes back what relabelled runs show as well, unless it stands out, and names that are
+    /// improbable.
     #[must_use]
     pub fn weighed(self, runs: &Runs, clean: &Runs, base: &Base, options: &Options, level: f64) -> Self {
-        let weigh = match self.verdict {
-            Verdict::Unexplained => Self::held_to_labels,
-            Verdict::Named | Verdict::Ambiguous => Self::held_to_probabilities,
-            Verdict::None => return self,
-        };
+        if self.verdict == Verdict::None {
+            return self;
+        }
         let question = Question::of(runs, clean, base, options);
-        weigh(self, &question.asked(base, level))
+        let asked = question.asked(base, level);
+        let is_sure = self.verdict.stands() && self.stands_out;
+        let report = if is_sure { self } else { self.held_to_labels(&asked) };
+        if report.verdict.stands() { report.held_to_probabilities(&asked) } else { report }
+    }
+
+    /// Where no labels say whether there is a gap, names need to stand out.
+    fn without_faint_names(self) -> Self {
+        let is_faint = self.verdict.stands() && !self.stands_out;
+        if is_faint { self.without_names(Verdict::Unexplained) } else { self }
     }
 
     fn held_to_labels(mut self, asked: &Asked<'_>) -> Self {
@@ -67,12 +81,13 @@ impl Report {
         match gate {
             Ok(gate) => {
                 let verdict = if gate.is_shut() { Verdict::None } else { self.verdict };
-                Self { relabelled: Some(gate), ..self.without_names(verdict) }
+                let held = if verdict.stands() { self } else { self.without_names(verdict) };
+                Self { relabelled: Some(gate), ..held }
             }
             Err(why) => {
                 let note = format!("{why}: whether relabelled runs would show as much was not asked");
                 self.notes.push(note);
-                self
+                self.without_faint_names()
             }
         }
     }

@@ -163,6 +163,11 @@ fn unexplained(clean: &Runs, field: &Runs) -> Report {
     example::report(Verdict::Unexplained).weighed(field, clean, &base, &Options::default(), LEVEL)
 }
 
+/// A drag that does not stand out is named in such runs.
+fn faint(clean: &Runs, field: &Runs) -> Report {
+    named_in(clean, field, &[(Regressor::Term(Term::Drag(0)), 0.03)], false)
+}
+
 /// A drag of another size in every run, clean or not, is nothing of the field.
 #[test]
 fn a_gap_that_other_labels_show_is_none() {
@@ -174,8 +179,10 @@ fn a_gap_that_other_labels_show_is_none() {
         runs(6, &drags, normal)
     };
     let (clean, field) = (differing(&mut normal), differing(&mut normal));
-    let report = unexplained(&clean, &field);
-    assert_eq!(report.verdict, Verdict::None, "{:?}", report.relabelled);
+    for report in [unexplained(&clean, &field), faint(&clean, &field)] {
+        assert_eq!(report.verdict, Verdict::None, "{:?}", report.relabelled);
+        assert!(report.effects.is_empty());
+    }
 }
 
 /// The same drag in all field runs, or drags of any sign in these alone.
@@ -187,6 +194,11 @@ fn a_gap_of_the_field_alone_stays() {
     let signs = [0.1, -0.1, 0.1, -0.1, 0.1, -0.1];
     let drags = signs.iter().enumerate().map(|(run, drag)| (Regressor::InRun(run, Term::Drag(0)), *drag));
     let scattered = runs(6, &drags.collect::<Vec<_>>(), &mut normal);
+    let report = faint(&clean, &shared);
+    assert_eq!((report.verdict, report.effects.len()), (Verdict::Named, 1), "{:?}", report.relabelled);
+    // Too few runs have other labels at this level.
+    let report = faint(&clean.subset(&[0, 1]), &shared.subset(&[0, 1]));
+    assert_eq!((report.verdict, report.effects.len()), (Verdict::Unexplained, 0), "{:?}", report.notes);
     for field in [shared, scattered] {
         let report = unexplained(&clean, &field);
         assert_eq!(report.verdict, Verdict::Unexplained, "{:?}", report.relabelled);
@@ -225,11 +237,11 @@ fn an_improbable_rival_is_struck() {
 fn named(field: &[(Regressor, f64)], names: &[(Regressor, f64)]) -> Report {
     let mut normal = Normal(23);
     let clean = runs(6, &[], &mut normal);
-    named_in(&clean, &runs(6, field, &mut normal), names)
+    named_in(&clean, &runs(6, field, &mut normal), names, true)
 }
 
-/// The same of these runs.
-fn named_in(clean: &Runs, field: &Runs, names: &[(Regressor, f64)]) -> Report {
+/// The same of these runs, whether names stand out or not.
+fn named_in(clean: &Runs, field: &Runs, names: &[(Regressor, f64)], stands_out: bool) -> Report {
     let base = base(TorqueModel::from_array(TORQUE));
     let options = Options::default();
     let question = Question::of(field, clean, &base, &options);
@@ -239,7 +251,7 @@ fn named_in(clean: &Runs, field: &Runs, names: &[(Regressor, f64)]) -> Report {
         let candidate = question.testable.list.iter().find(with).unwrap().clone();
         Named { candidate, coefficients: vec![*size], ..given.effects[0].clone() }
     };
-    let report = Report { effects: names.iter().map(named).collect(), ..given.clone() };
+    let report = Report { effects: names.iter().map(named).collect(), stands_out, ..given.clone() };
     report.weighed(field, clean, &base, &options, LEVEL)
 }
 
@@ -252,7 +264,7 @@ fn runs_may_be_of_any_length() {
     let mut field = runs(6, from_ref(&drags), &mut normal);
     let short: Vec<Row> = field.runs[0].rows.iter().take(300).copied().collect();
     field.runs[0].rows = short.into();
-    let report = named_in(&clean, &field, &[drags]);
+    let report = named_in(&clean, &field, &[drags], true);
     assert_eq!(report.rivals[0].0, "wheel-drag");
     assert!(report.rivals[0].1 > 0.95, "{:?}", report.rivals);
 }

@@ -117,6 +117,7 @@ pub fn investigate(runs: &[PowerRun]) -> Result<Report> {
     let unknown = TorqueModel::from_array([f64::NAN; PARAMETERS]);
     Ok(Report {
         verdict,
+        stands_out: true,
         effects,
         ambiguous_with: Vec::new(),
         not_testable: not_testable(),

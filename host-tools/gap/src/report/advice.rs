@@ -56,6 +56,9 @@ pub fn why_unexplained(report: &Report) -> String {
             format!("{closest} fits the open runs, but the locked runs do not confirm it")
         }
         (_, true) => last.to_owned(),
+        (_, false) if !report.stands_out && report.relabelled.is_none() => {
+            format!("{closest} comes closest, but does not stand out of the noise")
+        }
         (_, false) if let Some((likelier, _)) = report.rivals.first() => {
             format!("{closest} would be named, but {likelier} is likelier")
         }

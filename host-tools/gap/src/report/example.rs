@@ -41,6 +41,7 @@ pub(crate) fn report(verdict: Verdict) -> Report {
     let residual = vec![vec![0.5; 4]; 12];
     Report {
         verdict,
+        stands_out: true,
         effects: if stands { effects.into() } else { Vec::new() },
         ambiguous_with: match verdict {
             Verdict::Ambiguous => {

@@ -31,6 +31,8 @@ use residuals::types::{Named, Round, Verdict};
 pub struct Report {
     /// The answer.
     pub verdict: Verdict,
+    /// Whether what was added stands out of noise, and of what clean runs show of each other.
+    pub stands_out: bool,
     /// Effects added.
     pub effects: Vec<Named>,
     /// Ids of hypotheses that explain as much.

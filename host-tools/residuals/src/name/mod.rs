@@ -17,6 +17,8 @@ use rayon::prelude::*;
 pub struct Choice {
     pub hypothesis: Hypothesis,
     pub gain: f64,
+    /// Whether it is beyond what noise, clean runs and the search for it show.
+    pub stands_out: bool,
     pub ties: Vec<String>,
     /// The best other fit of each effect, and all fits that are not much worse, also of one effect.
     pub others: Vec<Hypothesis>,
@@ -87,8 +89,9 @@ pub fn name(
     let inflation = problem.variance_inflation(state, &winner.candidate.regressors, &winner.fitted.state);
     let searched = winner.candidate.is_searched_by_run();
     let least = options.threshold * if searched { options.search_factor } else { 1.0 };
-    if (null.loss - winner.fitted.loss) / inflation - problem.price(&winner.candidate) < least.powi(2) {
-        return refuse(record, "what explains most does not stand out of the noise");
+    let agreed = (null.loss - winner.fitted.loss) / inflation - problem.price(&winner.candidate);
+    if agreed <= 0.0 {
+        return refuse(record, "what explains most gains less than the search for it costs");
     }
     // The true effect is then none of these, or the robot's file is wrong: so would be the next
     // name.
@@ -128,5 +131,8 @@ pub fn name(
     };
     let others = plausible.iter().filter(|&&place| place != first).map(|&place| &hypotheses[place]);
     let others = others.filter(worth_asking).cloned().collect();
-    Naming { choice: Some(Choice { hypothesis: winner, gain, ties, others }), record }
+    Naming {
+        choice: Some(Choice { hypothesis: winner, gain, stands_out: agreed >= least.powi(2), ties, others }),
+        record,
+    }
 }
