@@ -71,7 +71,8 @@ pub fn investigate(runs: &Runs, clean: Option<&Runs>, base: &Base, options: &Opt
         if base.of_simulator { None } else { OverDispersion::of(&problem, &findings.state) };
     let mut confirmed = confirm::on_locked(runs, &split, clean, base, &findings.state, &problem, parameters);
     // A name that leaves most of the excess does not explain more scatter than in clean runs.
-    if over_dispersion.is_some_and(|over_dispersion| over_dispersion.is_beyond_chance())
+    let is_disturbed = over_dispersion.is_some_and(|over_dispersion| over_dispersion.is_beyond_chance());
+    if is_disturbed
         && (findings.named.is_empty() || !findings.lives_in_single_runs() && leaves_most(&confirmed))
     {
         findings.verdict = Verdict::Unexplained;
@@ -87,13 +88,16 @@ pub fn investigate(runs: &Runs, clean: Option<&Runs>, base: &Base, options: &Opt
     if findings.verdict.stands() && confirmed.refuted(findings.lives_in_single_runs()) {
         findings.verdict = Verdict::Unexplained;
     }
+    if findings.verdict == Verdict::Unexplained && !is_disturbed {
+        findings.verdict = findings.standing.without_a_name();
+    }
     let residuals = [(predictor.residual(&problem.start()), 0), (predictor.residual(&findings.state), 1)];
     let [before, after] = residuals.map(|(open, side)| split.in_order(&open, &confirmed.residuals[side]));
     let mut localisation = localise::cells(runs, &before);
     if findings.verdict.stands() {
         localise::fill_after(runs, &mut localisation, &after);
     }
-    if findings.verdict == Verdict::Unexplained {
+    if !findings.verdict.stands() {
         findings.ambiguous.clear();
     }
     let covariance = findings.fitted.as_ref().map(|fitted| {
@@ -110,7 +114,7 @@ pub fn investigate(runs: &Runs, clean: Option<&Runs>, base: &Base, options: &Opt
     let known = joint.as_ref().or(covariance.as_ref()).filter(|_| findings.verdict.stands());
     Ok(Report {
         verdict: findings.verdict,
-        stands_out: findings.stands_out,
+        standing: findings.standing,
         effects: known.map_or(Vec::new(), |known| {
             named_effects(&findings.named, &findings.state, known, runs.robot.rows(), options.slack)
         }),

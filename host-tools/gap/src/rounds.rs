@@ -11,7 +11,7 @@ use residuals::problem::fit::Fitted;
 use residuals::thresholds::detect::{INEXACT, NOTHING_LEFT, STRUCTURE};
 use residuals::thresholds::name::{CHANCE, LEAST_FURTHER, MOST_ASKED};
 use residuals::thresholds::problem::MOST_FIT_STEPS;
-use residuals::types::{Options, Round, Status, Verdict};
+use residuals::types::{Options, Round, Standing, Status, Verdict};
 
 /// What is known of an effect that was named, χ².
 #[derive(Debug, Clone, Copy)]
@@ -46,8 +46,8 @@ pub(crate) struct Findings {
     pub(crate) verdict: Verdict,
     pub(crate) state: State,
     pub(crate) named: Vec<Candidate>,
-    /// Whether every name that was ever added did so beyond the noise.
-    pub(crate) stands_out: bool,
+    /// The faintest of what was found.
+    pub(crate) standing: Standing,
     /// What each gained when it was asked last, and what its search costs, χ².
     asked: Vec<Asked>,
     pub(crate) fitted: Option<Fitted>,
@@ -69,7 +69,7 @@ pub(crate) fn search(
         verdict: Verdict::None,
         state: problem.start(),
         named: Vec::new(),
-        stands_out: true,
+        standing: Standing::Clear,
         asked: Vec::new(),
         fitted: None,
         ambiguous: Vec::new(),
@@ -84,7 +84,10 @@ pub(crate) fn search(
         let greatest = left.structure.greatest;
         // What gained next to nothing may mop up after a wrong name, unless nothing at all is left.
         let is_enough = left.is_explained() && (!mops_up || greatest <= NOTHING_LEFT);
-        if is_enough {
+        // What clean runs show of each other as well may have a name all the same.
+        if is_enough && findings.named.is_empty() && greatest > by_noise {
+            findings.standing = Standing::WithinClean;
+        } else if is_enough {
             let outcome = if greatest <= by_noise {
                 "no structure beyond the noise"
             } else {
@@ -178,7 +181,9 @@ impl Findings {
             self.ties.push([choice.hypothesis.clone()].into_iter().chain(others).collect());
         }
         self.ambiguous.extend(choice.ties);
-        self.stands_out &= choice.stands_out;
+        if !choice.stands_out {
+            self.standing = self.standing.max(Standing::Faint);
+        }
         self.take(choice.hypothesis, choice.gain);
     }
 

@@ -19,7 +19,7 @@ use super::likelihood::priors::SURE;
 use super::likelihood::question::Question;
 use super::likelihood::scored::Scales;
 use super::report::{Report, Rival};
-use residuals::types::{Base, Named, Options, Verdict};
+use residuals::types::{Base, Named, Options, Standing, Verdict};
 
 /// Probabilities below this share are not said. Layout: no verdict depends on it.
 const LEAST_SAID: f64 = 0.01;
@@ -61,15 +61,16 @@ impl Report {
         }
         let question = Question::of(runs, clean, base, options);
         let asked = question.asked(base, level);
-        let is_sure = self.verdict.stands() && self.stands_out;
+        let is_sure = self.verdict.stands() && self.standing == Standing::Clear;
         let report = if is_sure { self } else { self.held_to_labels(&asked) };
         if report.verdict.stands() { report.held_to_probabilities(&asked) } else { report }
     }
 
     /// Where no labels say whether there is a gap, names need to stand out.
     fn without_faint_names(self) -> Self {
-        let is_faint = self.verdict.stands() && !self.stands_out;
-        if is_faint { self.without_names(Verdict::Unexplained) } else { self }
+        let is_faint = self.verdict.stands() && self.standing != Standing::Clear;
+        let verdict = self.standing.without_a_name();
+        if is_faint { self.without_names(verdict) } else { self }
     }
 
     fn held_to_labels(mut self, asked: &Asked<'_>) -> Self {
@@ -139,7 +140,8 @@ impl Report {
         let all: f64 = tied.iter().map(|(_, share)| share).sum();
         let said = shares.iter().filter(|(_, share)| *share >= LEAST_SAID).cloned();
         if all < 1.0 - SURE {
-            return Self { rivals: said.collect(), ..self.without_names(Verdict::Unexplained) };
+            let verdict = self.standing.without_a_name();
+            return Self { rivals: said.collect(), ..self.without_names(verdict) };
         }
         let sure = smallest_sure(tied.iter().map(|(_, share)| *share), all);
         let kept = shares[..place].iter().chain(tied[..sure].iter().copied()).map(|(id, _)| id);

@@ -86,6 +86,24 @@ impl Verdict {
     }
 }
 
+/// How what was found stands against noise, and against what clean runs show of each other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Standing {
+    /// Names are beyond both, or there are none.
+    Clear,
+    /// There is structure beyond both, but a name is not, as far as runs agree about it.
+    Faint,
+    /// Clean runs show as much structure of each other: it is no gap unless a name holds.
+    WithinClean,
+}
+
+impl Standing {
+    /// What is left where no name holds.
+    pub fn without_a_name(self) -> Verdict {
+        if self == Self::WithinClean { Verdict::None } else { Verdict::Unexplained }
+    }
+}
+
 /// An effect that was added.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Named {

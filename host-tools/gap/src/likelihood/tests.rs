@@ -18,7 +18,7 @@ use super::rows::Kept;
 use crate::report::{Report, Rival, example};
 use residuals::noise::{Memory, Noise};
 use residuals::predictor::{Predictor, State};
-use residuals::types::{Base, Named, Options, Verdict};
+use residuals::types::{Base, Named, Options, Standing, Verdict};
 
 /// Normal values: sums of twelve numbers of a multiplier.
 pub(super) struct Normal(pub(super) u64);
@@ -163,9 +163,9 @@ fn unexplained(clean: &Runs, field: &Runs) -> Report {
     example::report(Verdict::Unexplained).weighed(field, clean, &base, &Options::default(), LEVEL)
 }
 
-/// A drag that does not stand out is named in such runs.
-fn faint(clean: &Runs, field: &Runs) -> Report {
-    named_in(clean, field, &[(Regressor::Term(Term::Drag(0)), 0.03)], false)
+/// A drag is named in such runs, which stands out or not.
+fn dragged(clean: &Runs, field: &Runs, standing: Standing) -> Report {
+    named_in(clean, field, &[(Regressor::Term(Term::Drag(0)), 0.03)], standing)
 }
 
 /// A drag of another size in every run, clean or not, is nothing of the field.
@@ -179,7 +179,8 @@ fn a_gap_that_other_labels_show_is_none() {
         runs(6, &drags, normal)
     };
     let (clean, field) = (differing(&mut normal), differing(&mut normal));
-    for report in [unexplained(&clean, &field), faint(&clean, &field)] {
+    let faint = dragged(&clean, &field, Standing::Faint);
+    for report in [unexplained(&clean, &field), faint] {
         assert_eq!(report.verdict, Verdict::None, "{:?}", report.relabelled);
         assert!(report.effects.is_empty());
     }
@@ -194,11 +195,16 @@ fn a_gap_of_the_field_alone_stays() {
     let signs = [0.1, -0.1, 0.1, -0.1, 0.1, -0.1];
     let drags = signs.iter().enumerate().map(|(run, drag)| (Regressor::InRun(run, Term::Drag(0)), *drag));
     let scattered = runs(6, &drags.collect::<Vec<_>>(), &mut normal);
-    let report = faint(&clean, &shared);
-    assert_eq!((report.verdict, report.effects.len()), (Verdict::Named, 1), "{:?}", report.relabelled);
-    // Too few runs have other labels at this level.
-    let report = faint(&clean.subset(&[0, 1]), &shared.subset(&[0, 1]));
-    assert_eq!((report.verdict, report.effects.len()), (Verdict::Unexplained, 0), "{:?}", report.notes);
+    let (few_clean, few_shared) = (clean.subset(&[0, 1]), shared.subset(&[0, 1]));
+    for (standing, without) in
+        [(Standing::Faint, Verdict::Unexplained), (Standing::WithinClean, Verdict::None)]
+    {
+        let report = dragged(&clean, &shared, standing);
+        assert_eq!((report.verdict, report.effects.len()), (Verdict::Named, 1), "{:?}", report.relabelled);
+        // Too few runs have other labels at this level.
+        let report = dragged(&few_clean, &few_shared, standing);
+        assert_eq!((report.verdict, report.effects.len()), (without, 0), "{:?}", report.notes);
+    }
     for field in [shared, scattered] {
         let report = unexplained(&clean, &field);
         assert_eq!(report.verdict, Verdict::Unexplained, "{:?}", report.relabelled);
@@ -237,11 +243,11 @@ fn an_improbable_rival_is_struck() {
 fn named(field: &[(Regressor, f64)], names: &[(Regressor, f64)]) -> Report {
     let mut normal = Normal(23);
     let clean = runs(6, &[], &mut normal);
-    named_in(&clean, &runs(6, field, &mut normal), names, true)
+    named_in(&clean, &runs(6, field, &mut normal), names, Standing::Clear)
 }
 
-/// The same of these runs, whether names stand out or not.
-fn named_in(clean: &Runs, field: &Runs, names: &[(Regressor, f64)], stands_out: bool) -> Report {
+/// The same of these runs, however names stand.
+fn named_in(clean: &Runs, field: &Runs, names: &[(Regressor, f64)], standing: Standing) -> Report {
     let base = base(TorqueModel::from_array(TORQUE));
     let options = Options::default();
     let question = Question::of(field, clean, &base, &options);
@@ -251,7 +257,7 @@ fn named_in(clean: &Runs, field: &Runs, names: &[(Regressor, f64)], stands_out: 
         let candidate = question.testable.list.iter().find(with).unwrap().clone();
         Named { candidate, coefficients: vec![*size], ..given.effects[0].clone() }
     };
-    let report = Report { effects: names.iter().map(named).collect(), stands_out, ..given.clone() };
+    let report = Report { effects: names.iter().map(named).collect(), standing, ..given.clone() };
     report.weighed(field, clean, &base, &options, LEVEL)
 }
 
@@ -264,7 +270,7 @@ fn runs_may_be_of_any_length() {
     let mut field = runs(6, from_ref(&drags), &mut normal);
     let short: Vec<Row> = field.runs[0].rows.iter().take(300).copied().collect();
     field.runs[0].rows = short.into();
-    let report = named_in(&clean, &field, &[drags], true);
+    let report = named_in(&clean, &field, &[drags], Standing::Clear);
     assert_eq!(report.rivals[0].0, "wheel-drag");
     assert!(report.rivals[0].1 > 0.95, "{:?}", report.rivals);
 }

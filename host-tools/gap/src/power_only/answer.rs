@@ -18,7 +18,7 @@ use residuals::split::{self, Split};
 use residuals::thresholds::detect::NO_DIFFERENCE;
 use residuals::thresholds::localise::CELLS;
 use residuals::thresholds::power_only::{LEAST_BLOCKS, LEAST_RUNS, SAME_SHARE, STEP_ERRORS};
-use residuals::types::{Named, Round, Scored, Status, Verdict};
+use residuals::types::{Named, Round, Scored, Standing, Status, Verdict};
 
 /// The one effect that shows.
 const STEP: &str = STATIC_STEP.id;
@@ -117,7 +117,7 @@ pub fn investigate(runs: &[PowerRun]) -> Result<Report> {
     let unknown = TorqueModel::from_array([f64::NAN; PARAMETERS]);
     Ok(Report {
         verdict,
-        stands_out: true,
+        standing: Standing::Clear,
         effects,
         ambiguous_with: Vec::new(),
         not_testable: not_testable(),

@@ -8,7 +8,7 @@ use crate::likelihood::Gate;
 use crate::refit;
 use crate::report::Report;
 use crate::words;
-use residuals::types::{Status, Verdict};
+use residuals::types::{Standing, Status, Verdict};
 
 /// Drives or columns in which an effect shows as no other does; `None` for an effect of the user.
 pub fn shows_in(id: &str) -> Option<&'static str> {
@@ -56,7 +56,7 @@ pub fn why_unexplained(report: &Report) -> String {
             format!("{closest} fits the open runs, but the locked runs do not confirm it")
         }
         (_, true) => last.to_owned(),
-        (_, false) if !report.stands_out && report.relabelled.is_none() => {
+        (_, false) if report.standing != Standing::Clear && report.relabelled.is_none() => {
             format!("{closest} comes closest, but does not stand out of the noise")
         }
         (_, false) if let Some((likelier, _)) = report.rivals.first() => {

@@ -13,7 +13,7 @@ use crate::words;
 use residuals::noise::whiten::Whitener;
 use residuals::predictor::State;
 use residuals::split::Split;
-use residuals::types::{Named, Round, Scored, Status, Verdict};
+use residuals::types::{Named, Round, Scored, Standing, Status, Verdict};
 
 /// As full as a report may be: twelve runs with long names, three effects, many ties and cells.
 pub(crate) fn report(verdict: Verdict) -> Report {
@@ -41,7 +41,7 @@ pub(crate) fn report(verdict: Verdict) -> Report {
     let residual = vec![vec![0.5; 4]; 12];
     Report {
         verdict,
-        stands_out: true,
+        standing: Standing::Clear,
         effects: if stands { effects.into() } else { Vec::new() },
         ambiguous_with: match verdict {
             Verdict::Ambiguous => {

@@ -24,15 +24,15 @@ use residuals::split::Split;
 use residuals::thresholds::calibrate::MARGIN;
 use residuals::thresholds::detect::DISTURBANCE;
 use residuals::thresholds::detect::STRUCTURE;
-use residuals::types::{Named, Round, Verdict};
+use residuals::types::{Named, Round, Standing, Verdict};
 
 /// The answer and what led to it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Report {
     /// The answer.
     pub verdict: Verdict,
-    /// Whether what was added stands out of noise, and of what clean runs show of each other.
-    pub stands_out: bool,
+    /// How what was found stands against noise and clean runs.
+    pub standing: Standing,
     /// Effects added.
     pub effects: Vec<Named>,
     /// Ids of hypotheses that explain as much.
