@@ -186,7 +186,7 @@ fn the_summary_fits_on_a_screen() {
 
 #[test]
 fn a_page_that_cannot_be_written_is_refused_before_the_work() {
-    let (bench, _, _) = sloped();
+    let bench = Bench::new();
     let files = bench.files();
     let pdf = bench.gmr(&["gap", "--report", "page.pdf", "no-such-log.csv"]);
     assert_eq!((pdf.code, &*pdf.stderr), (Some(2), "gmr: page.pdf: reports are written as .html\n"));
