@@ -91,6 +91,11 @@ pub fn investigate(runs: &Runs, clean: Option<&Runs>, base: &Base, options: &Opt
     if findings.verdict == Verdict::Unexplained && !is_disturbed {
         findings.verdict = findings.standing.without_a_name();
     }
+    // What names that do not hold leave is no noise of the runs.
+    if findings.verdict == Verdict::None && !findings.named.is_empty() {
+        findings.forget(problem.start());
+        confirmed = confirm::on_locked(runs, &split, clean, base, &findings.state, &problem, parameters);
+    }
     let residuals = [(predictor.residual(&problem.start()), 0), (predictor.residual(&findings.state), 1)];
     let [before, after] = residuals.map(|(open, side)| split.in_order(&open, &confirmed.residuals[side]));
     let mut localisation = localise::cells(runs, &before);

@@ -187,6 +187,12 @@ impl Findings {
         self.take(choice.hypothesis, choice.gain);
     }
 
+    /// Forgets all names.
+    pub(crate) fn forget(&mut self, start: State) {
+        (self.named, self.asked, self.ties) = (Vec::new(), Vec::new(), Vec::new());
+        (self.state, self.fitted) = (start, None);
+    }
+
     /// Names an effect.
     fn take(&mut self, hypothesis: Hypothesis, gain: f64) {
         let Hypothesis { candidate, fitted, penalised } = hypothesis;

@@ -26,8 +26,8 @@ const EXPLAINED: f64 = 1.1;
 /// take 0.3 mostly, and m/s for rad/s makes it three (Warthog) to thirty times (Burger) as much.
 const DEAR: f64 = 0.5;
 
-/// The same beyond which they are wrong: twice what a robot takes that lifts itself at that speed.
-/// Right ones take 0.7 where they scrub, 1.3 where gears are stiff (518 logs of MuJoCo's robots).
+/// The same beyond which they are wrong. Chosen: twice what lifting the robot at that speed takes.
+/// Right ones take up to 0.7 where they scrub, and 1.3 where gears are stiff (MuJoCo's two robots).
 const IMPOSSIBLE: f64 = 2.0;
 
 /// As slow as that share of what it can do, all the time.
