@@ -20,7 +20,6 @@ use residuals::problem::clean_delay;
 use residuals::problem::open::{open_problem, precision};
 use residuals::scope::Testable;
 use residuals::split;
-use residuals::thresholds::calibrate::MARGIN;
 use residuals::thresholds::confirm::LEAST_CLOSED;
 use residuals::thresholds::name::DELAY_SAMPLES;
 use residuals::types::{Base, Named, Options, Verdict};
@@ -46,11 +45,10 @@ pub fn investigate(runs: &Runs, clean: Option<&Runs>, base: &Base, options: &Opt
     let clean_structure =
         clean.and_then(|clean| shown_by_clean(clean, clean_delay, base, parameters, &list, options));
     let by_noise = options.threshold;
-    let shown = clean_structure.unwrap_or(0.0);
-    let (threshold, searched) = (by_noise.max(shown), by_noise.max(MARGIN * shown));
-    let misfit = (searched / by_noise).powi(2);
-    let options = &Options { threshold, search_factor: searched / threshold, misfit, ..options.clone() };
-    (problem.misfit, problem.search_factor) = (options.misfit, options.search_factor);
+    let threshold = by_noise.max(clean_structure.unwrap_or(0.0));
+    let misfit = (threshold / by_noise).powi(2);
+    let options = &Options { threshold, misfit, ..options.clone() };
+    problem.misfit = misfit;
     let findings = search(&problem, &list, by_noise, options);
     let delay = late::in_whole_rows(findings.delay().unwrap_or(0.0), field.period_s);
     let in_time;

@@ -2,13 +2,13 @@
 //! nothing stands out.
 
 use model::effects::{Candidate, Regressor};
-use residuals::detect::{Structure, shape_test, structure};
+use residuals::detect::{Structure, structure};
 use residuals::name::hypothesis::Hypothesis;
 use residuals::name::{Choice, Naming, name};
 use residuals::predictor::State;
 use residuals::problem::Problem;
 use residuals::problem::fit::Fitted;
-use residuals::thresholds::detect::{INEXACT, NOTHING_LEFT, STRUCTURE};
+use residuals::thresholds::detect::{INEXACT, NOTHING_LEFT};
 use residuals::thresholds::name::{CHANCE, LEAST_FURTHER, MOST_ASKED};
 use residuals::thresholds::problem::MOST_FIT_STEPS;
 use residuals::types::{Options, Round, Standing, Status, Verdict};
@@ -84,8 +84,8 @@ pub(crate) fn search(
         let greatest = left.structure.greatest;
         // What gained next to nothing may mop up after a wrong name, unless nothing at all is left.
         let is_enough = left.is_explained() && (!mops_up || greatest <= NOTHING_LEFT);
-        // What clean runs show of each other as well may have a name all the same.
-        if is_enough && findings.named.is_empty() && greatest > by_noise {
+        // What noise or clean runs may show as well may have a name all the same.
+        if is_enough && findings.named.is_empty() && greatest > NOTHING_LEFT {
             findings.standing = Standing::WithinClean;
         } else if is_enough {
             let outcome = if greatest <= by_noise {
@@ -129,16 +129,15 @@ struct Left {
     structure: Structure,
     /// Greatest |z| that is no structure.
     allowed: f64,
-    in_shape: bool,
 }
 
 impl Left {
     fn is_explained(&self) -> bool {
-        self.structure.greatest <= self.allowed && self.in_shape
+        self.structure.greatest <= self.allowed
     }
 
     fn into_round(self, outcome: String) -> Round {
-        let Self { structure: Structure { greatest, scored, .. }, allowed, .. } = self;
+        let Self { structure: Structure { greatest, scored, .. }, allowed } = self;
         Round { structure: greatest, allowed, candidates: scored, outcome }
     }
 }
@@ -146,11 +145,9 @@ impl Left {
 impl Question<'_> {
     /// Of a state with these names, which gained so much.
     fn of(&self, state: &State, named: &[Candidate], gained: f64) -> Left {
-        let shape = shape_test(self.problem, state).powi(2);
         Left {
             structure: structure(self.problem, state, self.list, named),
             allowed: (self.options.threshold.powi(2) + INEXACT * gained).sqrt(),
-            in_shape: shape <= self.problem.inflated(STRUCTURE).powi(2) + INEXACT * gained,
         }
     }
 

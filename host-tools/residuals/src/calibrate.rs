@@ -3,6 +3,9 @@
 //! A model whose form is not quite the robot's leaves structure between any two sets of runs. Here
 //! some clean runs are analysed as if they came from the field, with the others as the clean ones.
 //! The structure of the field has to exceed theirs.
+//!
+//! The greatest of three folds is a matter of luck. So they are dealt three times, other runs
+//! together each time: of six runs no two are together twice.
 
 use logs::runs::Runs;
 use model::effects::Candidate;
@@ -12,7 +15,8 @@ use super::detect::structure;
 use super::predictor::{Predictor, State};
 use super::problem::open::{open_with, slopes};
 use super::split::by_mass;
-use super::thresholds::calibrate::{DEALS, FOLDS, LEAST_RUNS};
+use super::thresholds::calibrate::LEAST_RUNS;
+use super::thresholds::split::PARTS;
 use super::types::{Base, Options};
 
 /// Greatest structure, |z|, of one fold of the clean runs against the others: the mean over all
@@ -32,10 +36,10 @@ pub fn shown_by_clean(
     let predictor = Predictor { clean_delay, ..Predictor::new(clean, base.drive) };
     let start = State { torque: base.torque, effects: Vec::new() };
     let slopes = slopes(&predictor, &start, parameters, list);
-    let shown = (0..DEALS * FOLDS).into_par_iter().map(|number| {
-        let (deal, fold) = (number / FOLDS, number % FOLDS);
+    let shown = (0..PARTS * PARTS).into_par_iter().map(|number| {
+        let (deal, fold) = (number / PARTS, number % PARTS);
         let side = |asked: bool| -> Vec<usize> {
-            let dealt = |rank: usize| (rank + deal * (rank / FOLDS)) % FOLDS;
+            let dealt = |rank: usize| (rank + deal * (rank / PARTS)) % PARTS;
             let of = |(rank, place): (usize, &usize)| ((dealt(rank) == fold) == asked).then_some(*place);
             order.iter().enumerate().filter_map(of).collect()
         };
@@ -48,6 +52,6 @@ pub fn shown_by_clean(
     });
     let shown: Vec<f64> = shown.collect();
     let most = |folds: &[f64]| folds.iter().copied().filter(|z| z.is_finite()).max_by(f64::total_cmp);
-    let deals: Vec<f64> = shown.chunks(FOLDS).filter_map(most).collect();
+    let deals: Vec<f64> = shown.chunks(PARTS).filter_map(most).collect();
     (!deals.is_empty()).then(|| deals.iter().sum::<f64>() / deals.len() as f64)
 }

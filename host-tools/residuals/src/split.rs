@@ -3,7 +3,7 @@
 use logs::runs::Runs;
 use support::error::{Error, Result};
 
-use super::thresholds::split::{LEAST_OPEN, ONE_LOCKED_OF};
+use super::thresholds::split::{LEAST_OPEN, PARTS};
 use crate::noise::whiten::Signal;
 
 /// Places of runs.
@@ -63,7 +63,7 @@ pub fn in_order(order: &[usize]) -> Result<Split> {
     }
     let (mut open, mut locked) = (Vec::new(), Vec::new());
     for (rank, &place) in order.iter().enumerate() {
-        if rank % ONE_LOCKED_OF == 1 { locked.push(place) } else { open.push(place) }
+        if rank % PARTS == 1 { locked.push(place) } else { open.push(place) }
     }
     open.sort_unstable();
     locked.sort_unstable();

@@ -30,8 +30,6 @@ pub struct Base {
 pub struct Options {
     /// |z| of a smooth function, or of an effect, beyond which there is structure.
     pub threshold: f64,
-    /// Factor on the threshold for effects of single runs and of searched times.
-    pub search_factor: f64,
     /// The same where no clean runs say what the model gets wrong without any effect.
     pub threshold_alone: f64,
     /// Most effects that are added.
@@ -53,7 +51,6 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             threshold: STRUCTURE,
-            search_factor: 1.0,
             threshold_alone: STRUCTURE_ALONE,
             most_effects: MOST_EFFECTS,
             removed: Vec::new(),

@@ -77,9 +77,9 @@ pub(crate) struct Arguments {
     /// On a tie: a drive that stays in a room of this length and width, m
     #[arg(long, value_name = "LENGTHxWIDTH", value_parser = room)]
     room: Option<Room>,
-    /// How often a gap without a name, or with a faint one, may be said of runs that have nothing
-    /// new: what is seen when other runs are called the field may reach as much in this share of
-    /// cases
+    /// How often a gap may be said of runs that have nothing new, where it has no name or one that
+    /// does not stand out: what is seen when other runs are called the field may reach as much in
+    /// this share of cases
     #[arg(long, value_name = "SHARE", default_value_t = LEVEL, value_parser = level)]
     level: f64,
     /// Figures as JSON on standard output

@@ -27,7 +27,7 @@ use self::separate::{Ground, Products};
 use crate::report::{Report, Rival};
 use residuals::thresholds::detect::NO_DIFFERENCE;
 use residuals::thresholds::manoeuvre::{DURATIONS_S, LEADS_S, MOST_BLOCKS, RUNS, RUNS_TRIED, TRUSTED};
-use residuals::thresholds::split::ONE_LOCKED_OF;
+use residuals::thresholds::split::PARTS;
 use residuals::types::Verdict;
 
 /// Two hypotheses, and by how many standard errors they would differ.
@@ -195,7 +195,7 @@ impl Search<'_> {
         reference: usize,
         runs: usize,
     ) -> Result<Vec<Pair>> {
-        let open = 1.0 - 1.0 / ONE_LOCKED_OF as f64;
+        let open = 1.0 - 1.0 / PARTS as f64;
         let weight = open * runs as f64 / masses.len() as f64;
         let planned = self.ground.of(&self.planned(recipe, masses)?);
         let mut pairs: Vec<Pair> = Vec::new();

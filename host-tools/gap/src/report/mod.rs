@@ -21,7 +21,6 @@ use residuals::detect::over_dispersion::OverDispersion;
 use residuals::noise::whiten::{Signal, Whitener};
 use residuals::predictor::State;
 use residuals::split::Split;
-use residuals::thresholds::calibrate::MARGIN;
 use residuals::thresholds::detect::DISTURBANCE;
 use residuals::thresholds::detect::STRUCTURE;
 use residuals::types::{Named, Round, Standing, Verdict};
@@ -148,7 +147,7 @@ impl Report {
     /// Whether the model's form is off by more than noise in clean runs already, which hides small
     /// effects.
     pub fn hides(&self) -> bool {
-        self.clean_structure.is_some_and(|shown| MARGIN * shown > STRUCTURE)
+        self.clean_structure.is_some_and(|shown| shown > STRUCTURE)
     }
 
     /// The gap that is closed on locked runs, if it could be tested.

@@ -48,11 +48,6 @@ impl Candidate {
         self.regressors.iter().any(|regressor| matches!(regressor, Regressor::Switch(Switched::HalfSlip, _)))
     }
 
-    /// Whether runs, or times of theirs, were chosen for it: chance is searched with it.
-    pub fn is_searched_by_run(&self) -> bool {
-        matches!(self.detail, Detail::InRuns { .. } | Detail::At { .. })
-    }
-
     /// Leaves the regressors that are kept, of as many runs.
     pub fn keep(&mut self, kept: &[bool]) {
         let mut each = kept.iter();

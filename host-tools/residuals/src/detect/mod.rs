@@ -1,13 +1,11 @@
 //! Whether the residual has structure, and which candidates show it.
 pub mod over_dispersion;
 mod scan;
-mod shape_test;
 
 use model::effects::{Candidate, Regressor};
 
 use super::predictor::State;
 use super::problem::Problem;
-use super::thresholds::detect::MORE_LOOKS;
 use super::types::{Scored, Status};
 
 /// What the detector sees.
@@ -69,7 +67,7 @@ pub fn structure(problem: &Problem<'_>, state: &State, list: &[Candidate], named
             {
                 gain = gain.max(null - fit.loss - problem.price(candidate));
                 let inflation = problem.variance_inflation(state, &candidate.regressors, &fit.state);
-                greatest = greatest.max((gain / inflation).max(0.0).sqrt() - MORE_LOOKS);
+                greatest = greatest.max((gain / inflation).max(0.0).sqrt());
             }
         }
         order.push((place, gain));
@@ -80,8 +78,7 @@ pub fn structure(problem: &Problem<'_>, state: &State, list: &[Candidate], named
     let mut further = Vec::new();
     for (candidate, z) in scan::candidates(problem, state) {
         if may_stand_with(named, &candidate) {
-            // More times and runs were tried than smooth functions: their scores count less.
-            greatest = greatest.max((z - MORE_LOOKS) / problem.search_factor);
+            greatest = greatest.max(z);
             further.push(candidate);
         }
     }
@@ -92,53 +89,4 @@ pub fn structure(problem: &Problem<'_>, state: &State, list: &[Candidate], named
 fn may_stand_with(named: &[Candidate], candidate: &Candidate) -> bool {
     let has_half_slip = |other: &Candidate| other.regressors.contains(&Regressor::HalfSlip);
     named.iter().all(|other| other.id != candidate.id && !(has_half_slip(other) && has_half_slip(candidate)))
-}
-
-/// Greatest |z| of an effect's column times another measure; 0 without effects.
-pub fn shape_test(problem: &Problem<'_>, state: &State) -> f64 {
-    let signals = shape_test::deformations(problem, state);
-    let Some(linear) = problem.linear(state, &[], &signals) else { return 0.0 };
-    let scores = (0..signals.len()).filter_map(|further| linear.score(further));
-    scores.fold(0.0, |most, score| most.max(score.z.abs()))
-}
-
-#[cfg(test)]
-mod tests {
-    use std::slice::from_ref;
-
-    use model::effects::{Detail, STATIC_STEP};
-    use model_core::effects::Term;
-    use model_core::torque::{Drive, TorqueModel};
-
-    use super::*;
-    use crate::predictor::Predictor;
-    use crate::problem::example;
-
-    /// Two runs: either the second has a step, or both have an effect. The score of a single run is
-    /// divided by the search factor, that of an effect of all runs is not.
-    #[test]
-    fn single_runs_have_to_exceed_clean_ones_by_more() {
-        let step = |run: usize| (Regressor::Term(Term::StepAt(12.0)), if run == 1 { 0.2 } else { 0.0 });
-        let [usual, less] = greatest_before_and_after(step);
-        assert!(usual > 10.0 && (usual / less - 1.5).abs() < 1e-9, "{usual} {less}");
-        let [usual, same] = greatest_before_and_after(|_| (Regressor::Term(Term::Viscous), 0.01));
-        assert!(usual > 10.0 && same == usual, "{usual} {same}");
-    }
-
-    /// Greatest |z| of runs with an effect each: as it is, and with a search factor of 1.5. The
-    /// only candidate of all runs is a change of friction.
-    fn greatest_before_and_after(effect: impl Fn(usize) -> (Regressor, f64)) -> [f64; 2] {
-        let torque = TorqueModel::from_array([0.05, 0.01, 0.004, 0.002, 1.3, 2.0, 0.0]);
-        let truth = |run: usize| State { torque, effects: vec![effect(run)] };
-        let friction =
-            STATIC_STEP.candidate(vec![Regressor::Term(Term::Viscous)], (-1.0, 1.0), Detail::Plain, 0.0);
-        let runs = example::simulated(&example::runs([5.0, 7.0]), Drive::Regenerative, truth);
-        let predictor = Predictor::new(&runs, Drive::Regenerative);
-        let mut problem = example::bare(predictor, torque, 0);
-        let greatest =
-            |problem: &Problem<'_>| structure(problem, &problem.start(), from_ref(&friction), &[]).greatest;
-        let usual = greatest(&problem);
-        problem.search_factor = 1.5;
-        [usual, greatest(&problem)]
-    }
 }

@@ -7,7 +7,7 @@ use numerics::intervals::mean_interval;
 use crate::noise::spread::Spread;
 use crate::predictor::State;
 use crate::problem::Problem;
-use crate::thresholds::detect::{DISTURBANCE, DISTURBANCE_Z, MOST_SIGMAS};
+use crate::thresholds::detect::{DISTURBANCE, MOST_SIGMAS, NOTHING_LEFT};
 
 /// Scatter of the field's residuals relative to that of clean runs.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,6 +51,6 @@ impl OverDispersion {
 
     /// Whether it exceeds what differences between runs explain.
     pub fn is_beyond_chance(&self) -> bool {
-        self.ratio > DISTURBANCE && self.z > DISTURBANCE_Z
+        self.ratio > DISTURBANCE && self.z > NOTHING_LEFT
     }
 }

@@ -12,7 +12,9 @@ use crate::predictor::State;
 use crate::problem::Problem;
 use crate::problem::panel::Panel;
 use crate::problem::times::cost_of_a_time;
-use crate::thresholds::detect::{MOST_ROLLING, MOST_TIMES, NO_DIFFERENCE, RUN_ENDS, STRUCTURE, TIME_GRID_S};
+use crate::thresholds::detect::{
+    MOST_ROLLING, MOST_TIMES, NO_DIFFERENCE, NOTHING_LEFT, RUN_ENDS, TIME_GRID_S,
+};
 use crate::thresholds::problem::{LEAST_SHARE, ONE_MASS};
 
 /// The best time of a step in each run, and in all runs together.
@@ -25,8 +27,8 @@ struct Times {
     looks: usize,
 }
 
-/// Candidates for steps and for masses that were noted wrongly, as far as they stand out of the
-/// noise.
+/// Candidates for steps and for masses that were noted wrongly, as far as they are beyond noise, with
+/// the |z| that is as rare as theirs where nothing is searched for.
 pub(super) fn candidates(problem: &Problem<'_>, state: &State) -> Vec<(Candidate, f64)> {
     let mut scored = Vec::new();
     let Some(in_run) = InRun::new(problem, state) else { return scored };
@@ -62,18 +64,20 @@ pub(super) fn candidates(problem: &Problem<'_>, state: &State) -> Vec<(Candidate
             }
             Switched::HalfSlip => HALF_SLIP,
         };
+        // Of the best time the scatter of the runs counts, too.
         if let Some((at, z)) = times.common
-            && z.abs() > STRUCTURE
+            && together(&[z], times.looks) > NOTHING_LEFT
             && let Some(term) = what.from(at)
+            && let Some(score) =
+                problem.linear(state, &[Regressor::Term(term)], &[]).and_then(|at| at.score(0))
+            && let z = together(&[score.z], times.looks)
+            && z > NOTHING_LEFT
         {
             let detail = Detail::At { at_s: at };
-            scored.push((
-                entry.candidate(vec![Regressor::Term(term)], range, detail, cost_of_a_time(1)),
-                z.abs(),
-            ));
+            scored.push((entry.candidate(vec![Regressor::Term(term)], range, detail, cost_of_a_time(1)), z));
         }
         if let Some((at, sum)) = one_size(&times)
-            && sum > STRUCTURE
+            && sum > NOTHING_LEFT
         {
             let detail = Detail::InRuns { runs: Runs::All, at_s: Some(at.clone()) };
             let search = cost_of_a_time(open) * at.iter().flatten().count() as f64;
@@ -84,21 +88,20 @@ pub(super) fn candidates(problem: &Problem<'_>, state: &State) -> Vec<(Candidate
             }
             scored.push((candidate, sum));
         }
-        let single: Vec<(usize, f64)> = times
-            .runs
-            .iter()
-            .enumerate()
-            .filter_map(|(run, best)| best.filter(|(_, z)| z.abs() > STRUCTURE).map(|(at, _)| (run, at)))
-            .collect();
-        let of_one = |(run, at): &(usize, f64)| Some(Regressor::InRun(*run, what.from(*at)?));
+        // The best of all times in all runs.
+        let alone = |z: f64| together(&[z], times.looks * open);
+        let shown = times.runs.iter().enumerate().filter_map(|(run, best)| Some((run, (*best)?)));
+        let single: Vec<(usize, f64, f64)> =
+            shown.map(|(run, (at, z))| (run, at, alone(z))).filter(|(_, _, z)| *z > NOTHING_LEFT).collect();
+        let of_one = |(run, at, _): &(usize, f64, f64)| Some(Regressor::InRun(*run, what.from(*at)?));
         let regressors: Vec<Regressor> = single.iter().filter_map(of_one).collect();
         if !regressors.is_empty() {
             let names =
-                single.iter().map(|(run, _)| problem.predictor.runs.runs[*run].name.clone()).collect();
-            let at = single.iter().map(|(_, at)| Some(*at)).collect();
+                single.iter().map(|(run, ..)| problem.predictor.runs.runs[*run].name.clone()).collect();
+            let at = single.iter().map(|(_, at, _)| Some(*at)).collect();
             let detail = Detail::InRuns { runs: Runs::Named(names), at_s: Some(at) };
             let search = (cost_of_a_time(1) + chance) * regressors.len() as f64;
-            let most = times.runs.iter().flatten().map(|(_, z)| z.abs()).fold(0.0, f64::max);
+            let most = single.iter().map(|(.., z)| *z).fold(0.0, f64::max);
             scored.push((entry.candidate(regressors, range, detail, search), most));
         }
     }
@@ -118,12 +121,15 @@ fn one_size(times: &Times) -> Option<(Vec<Option<f64>>, f64)> {
     (count >= 2).then(|| (at, together(&scores, times.looks)))
 }
 
-/// Joint score of several scores, each the greatest of `looks`: the root of the sum of z² − 2
-/// ln(looks), where that is positive; never below the greatest alone.
+/// The |z| that is as rare as several scores, each the greatest of `looks`. One: beyond √(z² − 2 ln
+/// N), for its tail is N times a normal one. What several have beyond 2 ln N is exponential, of mean
+/// 2; the tail of a sum of them is bounded as that of χ² (Laurent and Massart 2000, lemma 1).
 fn together(scores: &[f64], looks: usize) -> f64 {
     let chance = 2.0 * (looks as f64).max(1.0).ln();
-    let sum: f64 = scores.iter().map(|z| (z * z - chance).max(0.0)).sum();
-    scores.iter().fold(sum.sqrt(), |most, z| most.max(z.abs()))
+    let beyond: Vec<f64> = scores.iter().map(|z| z * z - chance).filter(|beyond| *beyond > 0.0).collect();
+    let further = beyond.len().saturating_sub(1) as f64;
+    let sum: f64 = beyond.iter().sum();
+    ((sum - further).max(0.0).sqrt() - further.sqrt()).max(0.0)
 }
 
 /// Runs whose masses may be wrong, by their scores: those above noise, and those above what clean
@@ -270,13 +276,13 @@ mod tests {
         assert!(runs([3.2, 20.0], 7).is_empty());
     }
 
-    /// Of noise alone each z² is 2 ln(looks) at most, about; three runs of 4, each the greatest of
-    /// 8, are √(3 · (16 − 4.16)) together.
+    /// Of noise alone each z² is 2 ln(looks) at most, about. One of 5, the greatest of 8, is √(25 −
+    /// 4.16), three of 4 are √(3 · (16 − 4.16) − 2) − √2 together.
     #[test]
     fn scores_of_several_runs_add_up_beyond_chance() {
-        assert!((together(&[4.0, -4.0, 4.0], 8) - 5.960).abs() < 1e-3);
-        assert_eq!(together(&[5.0], 8), 5.0);
-        assert_eq!(together(&[2.0, 1.9, -2.0], 8), 2.0);
+        assert!((together(&[4.0, -4.0, 4.0], 8) - 4.376).abs() < 1e-3);
+        assert!((together(&[5.0], 8) - 4.565).abs() < 1e-3);
+        assert_eq!(together(&[2.0, 1.9, -2.0], 8), 0.0);
         assert_eq!(together(&[], 8), 0.0);
     }
 }

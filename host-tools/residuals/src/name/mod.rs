@@ -4,9 +4,7 @@ pub mod hypothesis;
 
 use model::effects::Candidate;
 
-use self::hypothesis::{
-    Hypothesis, as_good, disagree, fit_hypothesis, implausible_and_better, sharpen, shows_no_shape, tie_width,
-};
+use self::hypothesis::{Hypothesis, as_good, fit_hypothesis, sharpen, shows_no_shape, tie_width};
 use super::detect::Structure;
 use super::predictor::State;
 use super::problem::Problem;
@@ -80,31 +78,22 @@ pub fn name(
         record.outcome = why.to_owned();
         Naming { choice: None, record }
     };
-    let better = implausible_and_better(&hypotheses, null.loss);
     let Some(&first) = plausible.first() else {
         return refuse(record, "no candidate has a plausible sign and size");
     };
     let winner = hypotheses[first].clone();
     let gain = null.loss - winner.penalised;
     let inflation = problem.variance_inflation(state, &winner.candidate.regressors, &winner.fitted.state);
-    let searched = winner.candidate.is_searched_by_run();
-    let least = options.threshold * if searched { options.search_factor } else { 1.0 };
     let agreed = (null.loss - winner.fitted.loss) / inflation - problem.price(&winner.candidate);
     if agreed <= 0.0 {
         return refuse(record, "what explains most gains less than the search for it costs");
-    }
-    // The true effect is then none of these, or the robot's file is wrong: so would be the next
-    // name.
-    if let Some(better) = better {
-        let why = format!("{} explains most, with no plausible sign or size", better.candidate.id);
-        return refuse(record, &why);
     }
     let rivals: Vec<&Hypothesis> = plausible[1..]
         .iter()
         .map(|&place| &hypotheses[place])
         .filter(|rival| named.iter().all(|named| named.id != rival.candidate.id))
         .collect();
-    let width = tie_width(gain, disagree(problem, &winner), problem.misfit);
+    let width = tie_width(gain, problem.misfit);
     let as_good = as_good(&null, &winner, &rivals, width);
     for (place, hypothesis) in hypotheses.iter().enumerate() {
         if as_good.iter().any(|tied| tied.candidate == hypothesis.candidate) {
@@ -132,7 +121,13 @@ pub fn name(
     let others = plausible.iter().filter(|&&place| place != first).map(|&place| &hypotheses[place]);
     let others = others.filter(worth_asking).cloned().collect();
     Naming {
-        choice: Some(Choice { hypothesis: winner, gain, stands_out: agreed >= least.powi(2), ties, others }),
+        choice: Some(Choice {
+            hypothesis: winner,
+            gain,
+            stands_out: agreed >= options.threshold.powi(2),
+            ties,
+            others,
+        }),
         record,
     }
 }

@@ -75,6 +75,5 @@ pub(crate) fn bare<'a>(predictor: Predictor<'a>, centre: TorqueModel<f64>, base:
         still: Vec::new(),
         smooth: Vec::new(),
         misfit: 1.0,
-        search_factor: 1.0,
     }
 }

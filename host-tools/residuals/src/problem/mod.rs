@@ -51,8 +51,6 @@ pub struct Problem<'a> {
     pub smooth: Vec<Signal>,
     /// Variance that clean runs show of each other, relative to noise alone; at least 1.
     pub misfit: f64,
-    /// Factor on the threshold of |z| for effects of single runs and of searched times.
-    pub search_factor: f64,
 }
 
 impl Problem<'_> {

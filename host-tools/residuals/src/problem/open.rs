@@ -84,7 +84,6 @@ pub(crate) fn open_with<'a>(
         still: Vec::new(),
         smooth,
         misfit: options.misfit,
-        search_factor: options.search_factor,
     };
     let start = problem.start();
     let of_clean = |run: usize| runs.runs[run].clean.then(|| problem.run_loss(&start, run));
