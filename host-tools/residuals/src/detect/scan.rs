@@ -121,9 +121,10 @@ fn one_size(times: &Times) -> Option<(Vec<Option<f64>>, f64)> {
     (count >= 2).then(|| (at, together(&scores, times.looks)))
 }
 
-/// The |z| that is as rare as several scores, each the greatest of `looks`. One: beyond √(z² − 2 ln
-/// N), for its tail is N times a normal one. What several have beyond 2 ln N is exponential, of mean
-/// 2; the tail of a sum of them is bounded as that of χ² (Laurent and Massart 2000, lemma 1).
+/// The |z| that is as rare as several scores, each the greatest of `looks`. Of one it is √(z² − 2
+/// ln N): the tail of the greatest of N is N times that of one. What several have beyond 2 ln N is
+/// exponential, of mean 2; the tail of their sum is bounded as that of χ² (Laurent and Massart
+/// 2000, lemma 1).
 fn together(scores: &[f64], looks: usize) -> f64 {
     let chance = 2.0 * (looks as f64).max(1.0).ln();
     let beyond: Vec<f64> = scores.iter().map(|z| z * z - chance).filter(|beyond| *beyond > 0.0).collect();

@@ -165,10 +165,11 @@ pub(super) fn sharpen(problem: &Problem<'_>, state: &State, hypotheses: &mut [Hy
     hypotheses.sort_by(|a, b| a.penalised.total_cmp(&b.penalised));
 }
 
-/// Difference in χ² up to which a hypothesis ties. It grows with the variance that clean runs show
-/// of each other. A [share](INEXACT) of the gain comes on top: no term of the model is exact.
-pub(super) fn tie_width(gain: f64, misfit: f64) -> f64 {
-    NO_DIFFERENCE.powi(2) * misfit + INEXACT * gain
+/// Difference in χ² up to which a hypothesis ties. It grows with the variance by which runs
+/// [`disagree`] about the winner, or clean runs about anything. A [share](INEXACT) of the gain
+/// comes on top: no term of the model is exact.
+pub(super) fn tie_width(gain: f64, disagreement: f64, misfit: f64) -> f64 {
+    NO_DIFFERENCE.powi(2) * disagreement.max(misfit) + INEXACT * gain
 }
 
 /// Whether a hypothesis is not significantly worse: by less than a [width](tie_width), and by less
@@ -194,6 +195,27 @@ pub(super) fn as_good<'a>(
             && null.loss - rival.penalised > 0.0
     };
     rivals.iter().filter(is_as_good).copied().collect()
+}
+
+/// Variance between runs of what a hypothesis adds, relative to that of the equations. 1 for
+/// effects of single runs: no other run could agree.
+pub(super) fn disagree(problem: &Problem<'_>, hypothesis: &Hypothesis) -> f64 {
+    let regressors = &hypothesis.candidate.regressors;
+    if regressors.iter().any(|regressor| regressor.run().is_some()) {
+        return 1.0;
+    }
+    problem.disagreement(&hypothesis.fitted, regressors.len())
+}
+
+/// The best hypothesis, if it is implausible and beats the best plausible one of another effect by
+/// more than the [width of a tie](tie_width) of runs that agree. `hypotheses` are sorted, the best
+/// first.
+pub(super) fn implausible_and_better(hypotheses: &[Hypothesis], null_loss: f64) -> Option<&Hypothesis> {
+    let first = hypotheses.first().filter(|first| !first.is_plausible())?;
+    let winner = hypotheses.iter().find(|hypothesis| hypothesis.is_plausible())?;
+    let worse = winner.penalised - first.penalised;
+    let gain = null_loss - winner.penalised;
+    (first.candidate.id != winner.candidate.id && worse > tie_width(gain, 1.0, 1.0)).then_some(first)
 }
 
 /// Whether a winner is no better than the limit of its shape, see [`Regressor::limit`]: its own
@@ -235,9 +257,9 @@ mod tests {
     }
 
     /// 60 behind in χ² of 400 with a run-level scatter that hides it: no tie where the equations'
-    /// error is right (9 + 1 % of 400 = 13), one where clean runs show ten times the variance (90 + 4).
+    /// error is right (9 + 1 % of 400 = 13), one where runs disagree ten times as much (90 + 4).
     #[test]
-    fn a_tie_is_as_wide_as_clean_runs_differ() {
+    fn a_tie_is_as_wide_as_runs_disagree() {
         let runs = |losses: [f64; 4]| {
             let total = losses.iter().sum();
             let mut rival = hypothesis("effect", total, 0.5);
@@ -245,11 +267,31 @@ mod tests {
             rival
         };
         let (winner, rival) = (runs([100.0; 4]), runs([20.0, 250.0, 30.0, 160.0]));
-        let width = |misfit| tie_width(400.0, misfit);
+        let width = |disagreement| tie_width(400.0, disagreement, 1.0);
         assert!(!is_tie(&winner, &rival, width(1.0)));
         assert!(is_tie(&winner, &rival, width(10.0)));
         // What every run says is said, however they scatter about the size.
         assert!(!is_tie(&winner, &runs([115.0; 4]), width(10.0)));
+    }
+
+    /// Gains of 2184 and 2126, as a Husky on another floor had them: the next best name was a wrong
+    /// one. A tie would be within 9 + 1 % of 2126 = 30.
+    #[test]
+    fn the_next_best_takes_no_name_that_an_implausible_one_explains_better() {
+        let null = 10_000.0;
+        let next = hypothesis("wheel-drag", null - 2126.0, 0.5);
+        let better = |gain: f64, coefficient: f64, id: &str| {
+            let all = [hypothesis(id, null - gain, coefficient), next.clone()];
+            implausible_and_better(&all, null).map(|first| first.candidate.id.clone())
+        };
+        assert_eq!(
+            better(2184.0, 1.5, "rolling-resistance-change"),
+            Some("rolling-resistance-change".to_owned())
+        );
+        // Within a tie; plausible; another way of the same effect.
+        assert_eq!(better(2150.0, 1.5, "rolling-resistance-change"), None);
+        assert_eq!(better(2184.0, 0.9, "rolling-resistance-change"), None);
+        assert_eq!(better(2184.0, 1.5, "wheel-drag"), None);
     }
 
     /// Of two runs noted with 1.4 and 5 kg on a robot of 1 kg the second may be 2 kg lighter, the

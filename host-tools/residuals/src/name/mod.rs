@@ -4,7 +4,9 @@ pub mod hypothesis;
 
 use model::effects::Candidate;
 
-use self::hypothesis::{Hypothesis, as_good, fit_hypothesis, sharpen, shows_no_shape, tie_width};
+use self::hypothesis::{
+    Hypothesis, as_good, disagree, fit_hypothesis, implausible_and_better, sharpen, shows_no_shape, tie_width,
+};
 use super::detect::Structure;
 use super::predictor::State;
 use super::problem::Problem;
@@ -78,6 +80,7 @@ pub fn name(
         record.outcome = why.to_owned();
         Naming { choice: None, record }
     };
+    let better = implausible_and_better(&hypotheses, null.loss);
     let Some(&first) = plausible.first() else {
         return refuse(record, "no candidate has a plausible sign and size");
     };
@@ -88,12 +91,18 @@ pub fn name(
     if agreed <= 0.0 {
         return refuse(record, "what explains most gains less than the search for it costs");
     }
+    // The true effect is then none of these, or the robot's file is wrong: so would be the next
+    // name.
+    if let Some(better) = better {
+        let why = format!("{} explains most, with no plausible sign or size", better.candidate.id);
+        return refuse(record, &why);
+    }
     let rivals: Vec<&Hypothesis> = plausible[1..]
         .iter()
         .map(|&place| &hypotheses[place])
         .filter(|rival| named.iter().all(|named| named.id != rival.candidate.id))
         .collect();
-    let width = tie_width(gain, problem.misfit);
+    let width = tie_width(gain, disagree(problem, &winner), problem.misfit);
     let as_good = as_good(&null, &winner, &rivals, width);
     for (place, hypothesis) in hypotheses.iter().enumerate() {
         if as_good.iter().any(|tied| tied.candidate == hypothesis.candidate) {

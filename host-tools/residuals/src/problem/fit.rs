@@ -178,6 +178,14 @@ impl Problem<'_> {
             DVector::from_fn(size, |i, _| (variances[i] / formal(i, i).max(1e-300)).max(1.0).sqrt());
         DMatrix::from_fn(size, size, |i, j| formal(i, j) * inflation[i] * inflation[j])
     }
+
+    /// Greatest ratio of the jackknife's variance to the equations' among the last `count`
+    /// coefficients; at least 1.
+    pub(crate) fn disagreement(&self, fitted: &Fitted, count: usize) -> f64 {
+        let (jackknife, formal) = (self.covariance(fitted).diagonal(), fitted.covariance.diagonal());
+        let pairs = jackknife.iter().rev().zip(formal.iter().rev()).take(count);
+        pairs.map(|(jackknife, formal)| jackknife / formal.max(1e-300)).fold(1.0, f64::max)
+    }
 }
 
 #[cfg(test)]
