@@ -116,9 +116,9 @@ pub mod detect {
     /// that they predict, of a single run's step or mass from zero. A row whose residual is beyond it
     /// counts linearly: a burst, or the kink of a start. Derived: 1 of 400 normal scores.
     pub const NO_DIFFERENCE: f64 = 3.0;
-    /// |z| that is noise whatever was searched for: no name is looked for below it, and no more
-    /// scatter than in clean runs is said. Derived: the greatest of a hundred normal scores is below it
-    /// in 95 of 100 sets.
+    /// |z| that is noise whatever was searched for. Below it no name is looked for, and the field
+    /// scatters no more than clean runs do. Derived: the greatest of a hundred normal scores is below
+    /// it in 95 of 100 sets.
     pub const NOTHING_LEFT: f64 = 3.5;
     /// The same as [`STRUCTURE`] without clean runs, which show the model's errors without any
     /// effect. Tuned on the own bench without clean runs, run unknown.
